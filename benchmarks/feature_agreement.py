@@ -34,6 +34,9 @@ EXPECTED_DIFFERENCES: dict[str, str] = {
     "custom_normals": "world light below the horizon of a face and above that of its normals counts fully; Cycles weights it by a density with which no sample is drawn",
     "volume_anisotropies": "Cycles adds the phase functions of different anisotropies in light sampling, instead of weighting them",
     "translucent_transparent": "the image of Cycles is not linear in the colour of Translucent: with red it is redder than the images with black and white predict; that of Ajar is linear",
+    "hair_reflection": "in Cycles, light sampling drops half of the reflection of the Hair BSDF where its sampled directions keep it; Ajar keeps it in both",
+    "hair_reflection_mesh": "as hair_reflection",
+    "hair_absorption": "with Coat, Cycles draws reflections with the roughness without it, and weighs them by the density with it",
     "lamp_without_glossy": "light sampling does not separate types of rays, only hits do; this is reported",
 }
 

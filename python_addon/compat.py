@@ -121,6 +121,11 @@ def normal_map_generation() -> str:
     return "3" if bpy.app.version >= (5, 1) else "2" if bpy.app.version >= (4, 0) else "1"
 
 
+def hair_tilt() -> str:
+    """Which direction Cycles turns by the Offset of Principled Hair: that of the "LIGHT" up to 3.6, of the "EYE" later."""
+    return "EYE" if bpy.app.version >= (4, 0) else "LIGHT"
+
+
 def ies_is_seen_from_eye() -> bool:
     """Whether IES textures of surfaces without a vector use the direction to the eye; up to 3.6, the normal."""
     return bpy.app.version >= (4, 0)

@@ -864,6 +864,38 @@ def _(stage: Stage):
     thing.data.materials.append(tools.diffuse("Hair of the object", (0.15, 0.5, 0.3)))
     stage.panel()
 
+
+def hair_shader(name: str, what: str, node_type: str, thick: bool = False, mesh: bool = False, properties: dict | None = None, **inputs) -> None:
+    """A shader of hair on strands, or on the ball."""
+    def change(stage: Stage):
+        material = shader(node_type, **inputs)
+        for key, value in (properties or {}).items():
+            setattr(tools.shader_of(material), key, value)
+        if mesh:
+            stage.panel()
+            stage.on_ball(material)
+        else:
+            hair(stage, material)
+        if thick:
+            stage.scene.cycles_curves.shape = "THICK"
+    add("hair", name, what, change)
+
+
+BLOND = {"Color": (0.8, 0.6, 0.35, 1.0)}
+hair_shader("hair_chiang", "Principled Hair by colour", "ShaderNodeBsdfHairPrincipled", **BLOND)
+hair_shader("hair_chiang_thick", "the same on tubes", "ShaderNodeBsdfHairPrincipled", thick=True, **BLOND)
+hair_shader("hair_chiang_mesh", "the same on a mesh", "ShaderNodeBsdfHairPrincipled", mesh=True, **BLOND)
+hair_shader("hair_melanin", "Principled Hair by melanin, all amounts random", "ShaderNodeBsdfHairPrincipled", properties={"parametrization": "MELANIN"},
+            Melanin=0.3, **{"Melanin Redness": 0.6, "Tint": (0.9, 0.8, 1.0, 1.0), "Random Color": 0.8, "Random Roughness": 0.5})
+hair_shader("hair_absorption", "Principled Hair by absorption, coated, tilted, rough", "ShaderNodeBsdfHairPrincipled", properties={"parametrization": "ABSORPTION"},
+            Coat=0.6, Offset=0.15, Roughness=0.6, IOR=1.4, **{"Radial Roughness": 0.5, "Absorption Coefficient": (0.1, 0.3, 0.6)})
+hair_shader("hair_reflection", "the reflection of the Hair BSDF", "ShaderNodeBsdfHair", Color=(0.8, 0.6, 0.4, 1.0), Offset=0.2, RoughnessU=0.3, RoughnessV=0.4)
+hair_shader("hair_transmission", "its transmission", "ShaderNodeBsdfHair", properties={"component": "Transmission"},
+            Color=(0.8, 0.6, 0.4, 1.0), Offset=0.2, RoughnessU=0.3, RoughnessV=0.4)
+hair_shader("hair_reflection_mesh", "its reflection on a mesh", "ShaderNodeBsdfHair", mesh=True, RoughnessU=0.3, RoughnessV=0.4)
+hair_shader("hair_transmission_mesh", "its transmission on a mesh", "ShaderNodeBsdfHair", mesh=True, properties={"component": "Transmission"}, RoughnessU=0.3, RoughnessV=0.4)
+
+
 # --- Volumes ---------------------------------------------------------------------------------------------------------
 
 def volume(*closures: tuple[str, dict], surface: str | None = None) -> bpy.types.Material:

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "description/scene_description.h"
+#include "math/random.h"
 
 namespace ajar {
 
@@ -45,5 +46,8 @@ std::shared_ptr<const Strands> make_strands(const MeshDescription& mesh);
 /// A transformed copy. Radii are scaled by the mean scale of lengths over the directions (the cube root of the scale of
 /// volumes).
 std::shared_ptr<const Strands> transformed(const Strands& strands, const Mat4& matrix);
+
+/// Identifies a strand of an instance in Ray::strand; never 0. Two strands share a tag with a probability of 2^-31.
+inline uint32_t strand_tag(uint32_t instance, uint32_t strand) { return hash_combine(hash32(instance), strand) | 1u; }
 
 }  // namespace ajar

@@ -55,6 +55,7 @@ struct Ray {
   float t_max = kInfinity;
   float time = 0.0f;       ///< in [0, 1] over the shutter interval
   float travelled = 0.0f;  ///< before the origin, in the same direction, through surfaces that it has passed straight
+  uint32_t strand = 0;     ///< Scene::spawn_ray: identifies the strand of hair that it leaves and does not hit; 0: none
 };
 
 }  // namespace ajar

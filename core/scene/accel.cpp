@@ -70,8 +70,23 @@ struct Device {
   ~Device() { rtcReleaseDevice(handle); }
 };
 
-/// Tubes are visible from outside only, as in Cycles. Their closures describe how light passes through them.
+/// A ray does not hit the strand that it leaves, as in Cycles: the closures of a strand describe how light passes
+/// through it.
+void reject_own_strand(const RTCFilterFunctionNArguments* args) {
+  const unsigned n = args->N;
+  const auto& strands = *static_cast<const Strands*>(args->geometryUserPtr);
+  for (unsigned i = 0; i < n; ++i) {
+    const unsigned own = RTCRayN_id(args->ray, n, i);
+    if (args->valid[i] != -1 || own == 0) continue;
+    unsigned instance = RTCHitN_instID(args->hit, n, i, 0);
+    if (instance == RTC_INVALID_GEOMETRY_ID) instance = RTCHitN_geomID(args->hit, n, i);
+    if (strand_tag(instance, strands.strand_of(RTCHitN_primID(args->hit, n, i))) == own) args->valid[i] = 0;
+  }
+}
+
+/// Tubes are visible from outside only, as in Cycles.
 void reject_from_inside(const RTCFilterFunctionNArguments* args) {
+  reject_own_strand(args);
   const unsigned n = args->N;
   for (unsigned i = 0; i < n; ++i) {
     if (args->valid[i] != -1) continue;
@@ -161,10 +176,10 @@ struct Accel::Data {
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, strands.first_key.data(), 0,
                                sizeof(uint32_t), strands.first_key.size());
     rtcSetGeometryTessellationRate(geometry, float((1 << strands.subdivisions) + 1));  // the same rate as in Cycles
-    if (!ribbons) {
-      rtcSetGeometryIntersectFilterFunction(geometry, reject_from_inside);
-      rtcSetGeometryOccludedFilterFunction(geometry, reject_from_inside);
-    }
+    const auto filter = ribbons ? reject_own_strand : reject_from_inside;
+    rtcSetGeometryUserData(geometry, const_cast<Strands*>(&strands));
+    rtcSetGeometryIntersectFilterFunction(geometry, filter);
+    rtcSetGeometryOccludedFilterFunction(geometry, filter);
     return geometry;
   }
 };
@@ -318,7 +333,7 @@ inline void fill(RTCRay& r, const Ray& ray, uint32_t mask) {
   r.time = ray.time;
   r.tfar = ray.t_max;
   r.mask = mask;
-  r.id = 0;
+  r.id = ray.strand;
   r.flags = 0;
 }
 
@@ -330,11 +345,10 @@ inline bool is_traceable(const Ray& ray, float farthest = kFarthest) {
          ray.t_max <= kInfinity && ray.time >= 0.0f && ray.time <= 1.0f;
 }
 
-/// The nearest hit; its geomID is invalid if there is none. Geometries of our own find `id` in the ray.
-inline RTCRayHit nearest(RTCScene scene, const Ray& ray, uint32_t mask, bool coherent, unsigned id = 0) {
+/// The nearest hit; its geomID is invalid if there is none.
+inline RTCRayHit nearest(RTCScene scene, const Ray& ray, uint32_t mask, bool coherent) {
   RTCRayHit query;
   fill(query.ray, ray, mask);
-  query.ray.id = id;
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   embree::intersect(scene, query, coherent);
@@ -416,8 +430,9 @@ void Accel::intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) cons
     return;
   }
   if (!data_->lamps || !is_traceable(ray)) return;
-  const auto travelled = std::bit_cast<unsigned>(ray.travelled);
-  const RTCRayHit query = nearest(data_->lamps, ray, visibility_mask(ray_kind), false, travelled);
+  Ray to_lamps = ray;
+  to_lamps.strand = std::bit_cast<uint32_t>(ray.travelled);  // the shapes of lamps find it in the id of the ray
+  const RTCRayHit query = nearest(data_->lamps, to_lamps, visibility_mask(ray_kind), false);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
   hit.t = query.ray.tfar;
   hit.light = data_->lamp_of_geometry[query.hit.geomID];

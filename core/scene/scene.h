@@ -227,8 +227,7 @@ class Scene {
 
 /// Whether the point is on hair, which has no area around it to hold photons.
 inline bool on_strand(const ShadingPoint& point) { return point.mesh && point.mesh->strands; }
-/// Distance from its origin before which a leaving ray must not hit anything: ribbons face each ray and can lie across
-/// it up to where it is outside the tube that they stand for.
+/// Distance at which a ray leaves the tube for which a ribbon stands.
 float way_out_of_strand(const ShadingPoint& point, Vec3 direction);
 
 [[gnu::always_inline]] inline Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
@@ -241,7 +240,8 @@ float way_out_of_strand(const ShadingPoint& point, Vec3 direction);
   ray.direction = direction;
   ray.time = point.time;
   if (on_strand(point)) [[unlikely]]
-    ray.t_min = way_out_of_strand(point, direction);
+    ray.strand = strand_tag(uint32_t(point.instance - instances_.data()),
+                            point.mesh->strands->strand_of(point.primitive));
   return ray;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "shading/nodes/hair_closures.h"
+
 namespace ajar {
 
 Color color_of(const Closure& closure, const float* registers, const float* constants) {
@@ -129,6 +131,12 @@ void ScatteringBuilder::add(const Closure& closure) const {
       } else {
         closures::add_diffuse(out.bsdf, surface, color, inputs.normal, 0.0f);
       }
+      break;
+    case ClosureKind::PrincipledHair: nodes::add_principled_hair(out.bsdf, values.point, Color(weight), inputs); break;
+    case ClosureKind::HairReflection:
+    case ClosureKind::HairTransmission:
+      nodes::add_hair(out.bsdf, values.point, closure.kind == ClosureKind::HairTransmission, color, inputs,
+                      closure.tangent != kNoOperand);
       break;
     case ClosureKind::Emission:
     case ClosureKind::CoatedEmission:

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "shading/closure_evaluation.h"
-#include "shading/nodes/closure_list.h"
+#include "shading/nodes/closure_nodes.h"
 #include "shading/nodes/displacement_nodes.h"
 #include "shading/nodes/node_registry.h"
 #include "shading/nodes/volume_closures.h"
@@ -163,7 +163,7 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.bump_terminator = context.bump_terminator;
   ProgramBuilder builder(node_catalog(), graph, owner, textures, diagnostics, context);
   nodes::add_displacement(builder);
-  for (Closure& closure : flatten_closures(builder)) {
+  for (Closure& closure : nodes::flatten_closures(builder)) {
     const bool emits = closure.kind == ClosureKind::Emission || closure.kind == ClosureKind::CoatedEmission;
     Closures& list = emits                                      ? data.emission
                      : closure.kind == ClosureKind::Transparent ? data.transparency
@@ -333,6 +333,9 @@ bool ShaderProgram::may_be_rough(float roughness) const {
       case ClosureKind::ToonGlossy:
       case ClosureKind::Subsurface:
       case ClosureKind::Sheen:
+      case ClosureKind::PrincipledHair:
+      case ClosureKind::HairReflection:
+      case ClosureKind::HairTransmission:
       case ClosureKind::Principled: return true;
       case ClosureKind::Metallic:
       case ClosureKind::Glossy:

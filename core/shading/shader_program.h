@@ -16,8 +16,8 @@
 #include "description/diagnostics.h"
 #include "description/scene_description.h"
 #include "shading/bsdf/bsdf.h"
-#include "shading/bsdf/medium.h"
 #include "shading/bsdf/shading_point.h"
+#include "shading/media/medium.h"
 #include "shading/program/shader_context.h"
 
 namespace ajar {

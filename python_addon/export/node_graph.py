@@ -411,6 +411,10 @@ def _normal_map(context: ExportContext, node: bpy.types.Node) -> list[tuple[str,
     return [*_tangent(context, node), ("generation", compat.normal_map_generation())]
 
 
+def _hair(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [("tilt", compat.hair_tilt())]
+
+
 SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Content]]]] = {
     "ShaderNodeValue": _output_value,
     "ShaderNodeRGB": _output_value,
@@ -432,6 +436,7 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeBsdfGlass": _facets,
     "ShaderNodeBsdfRefraction": _facets,
     "ShaderNodeBsdfPrincipled": _principled,
+    "ShaderNodeBsdfHairPrincipled": _hair,
     "ShaderNodeSubsurfaceScattering": _subsurface,
     "ShaderNodeNewGeometry": _geometry,
     "ShaderNodeAmbientOcclusion": _distance_of_world,

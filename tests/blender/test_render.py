@@ -167,7 +167,7 @@ def test_unknown_node_is_reported_once_by_name(render):
     _, words = render("""
 material = bpy.data.materials.new("Velvet")
 material.use_nodes = True
-node = material.node_tree.nodes.new("ShaderNodeBsdfHair")
+node = material.node_tree.nodes.new("ShaderNodeEeveeSpecular")
 node.name = "Cartoon"
 material.node_tree.links.new(node.outputs[0], material.node_tree.nodes["Material Output"].inputs["Surface"])
 mesh.materials.append(material)

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "shading/bsdf/closures.h"
+#include "shading/bsdf/hair.h"
 
 namespace ajar::fixtures {
 
@@ -160,6 +161,23 @@ inline std::vector<Material> all_materials() {
     in.thin_wall = 1.0f, in.transmission = 0.6f, in.subsurface = 0.7f, in.subsurface_anisotropy = 0.4f;
     in.diffuse_roughness = 0.5f, in.base_color = tint;
   });
+
+  for (const bool absorbs : {false, true})
+    list.push_back({absorbs ? "hair_chiang_dark" : "hair_chiang_white",
+                    [=](Bsdf& b, const Surface& s) {
+                      hair::Fiber fiber;
+                      if (absorbs) fiber.absorption = hair::absorption_of_color(tint, 0.4f);
+                      fiber.longitudinal = hair::longitudinal_variance(absorbs ? 0.5f : 0.3f);
+                      fiber.longitudinal_first = hair::longitudinal_variance(0.2f);
+                      fiber.azimuthal = hair::azimuthal_scale(0.4f);
+                      fiber.tilt = absorbs ? 0.06f : 0.0f;
+                      b.add(hair::chiang_lobe(white, s.ng, tangent, fiber));
+                    },
+                    !absorbs});
+  for (const bool transmission : {false, true})
+    list.push_back({transmission ? "hair_transmission" : "hair_reflection", [=](Bsdf& b, const Surface& s) {
+                      b.add(hair::part_lobe(transmission, tint, s.ng, tangent, 0.3f, 0.4f, -0.1f));
+                    }});
   return list;
 }
 

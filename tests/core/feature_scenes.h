@@ -45,6 +45,15 @@ inline std::vector<TransportScene> feature_scenes() {
       add_object(d, curls(300, shape), add_diffuse(d, Color(0.8f, 0.5f, 0.3f)), moved(Vec3(0.2f, 0.2f, -0.3f), 1.5f));
       d.lights.push_back(lamp);
     });
+  add("shaded_hair", [&](SceneDescription& d) {
+    GraphBuilder b;
+    const int fibre = b.node("ShaderNodeBsdfHairPrincipled",
+                             {value_input("Color", Vec4(0.8f, 0.5f, 0.3f, 1.0f)), value_input("Roughness", 0.5f),
+                              value_input("Radial Roughness", 0.5f), value_input("Offset", 0.1f)});
+    b.graph.surface = {fibre, "BSDF"};
+    add_object(d, curls(300, StrandShape::Ribbon), add_material(d, b), moved(Vec3(0.2f, 0.2f, -0.3f), 1.5f));
+    d.lights.push_back(lamp);
+  });
   add("moving_ball", [&](SceneDescription& d) {
     add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
     move_instance(d, 1, moved(Vec3(-0.5f, 0.3f, -0.4f), 0.4f), moved(Vec3(0.5f, 0.3f, 0.2f), 0.4f));

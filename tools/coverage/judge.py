@@ -34,6 +34,8 @@ KNOWN = (
     Known("BsdfAnisotropic", "distribution", "MULTI_GGX", OLD, COMPENSATED),
     Known("BsdfAnisotropic", "*", "*", OLD, "anisotropic highlights differ by up to 5 % near the rim of a sphere, with Beckmann by 15 %; the cause is not known"),
     Known("BsdfAnisotropic", "*", "*", NEW, COMPENSATED),
+    Known("BsdfHair", "*", "*", OLD + NEW, "light sampling of Cycles drops a part of the reflection that its sampled directions keep; Ajar keeps it in both"),
+    Known("BsdfHairPrincipled", "IOR", "", OLD + NEW, "below 1, Cycles loses light where it reflects totally; Ajar does not"),
     Known("BsdfToon", "*", "*", OLD + NEW, "with a smooth edge, Cycles evaluates the falloff at another angle than that of the sampled direction"),
     Known("BsdfTranslucent", "Normal", "", OLD + NEW, "with a tilted normal, Cycles attenuates directions below the surface differently"),
     Known("BsdfPrincipled", "Clearcoat*", "", OLD, "Cycles samples one distribution of the coat and uses the density of another (docs/agreement.md)"),

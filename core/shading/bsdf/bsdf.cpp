@@ -6,6 +6,7 @@
 #include "math/warps.h"
 #include "shading/bsdf/diffuse.h"
 #include "shading/bsdf/fresnel.h"
+#include "shading/bsdf/hair.h"
 #include "shading/bsdf/lobe.h"
 
 namespace ajar {
@@ -177,7 +178,7 @@ Color Bsdf::evaluate_beyond_horizon(Vec3 wo, Vec3 wi) const {
   if (!(glm::dot(ng, wi) * side < 0.0f)) return sum;
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes()[i];
-    if (lobe.delta) continue;
+    if (lobe.delta || is_fiber(lobe.kind)) continue;
     const LobeValue value = evaluate_lobe(lobe, wo, wi, side > 0.0f, TransportMode::Radiance, flipped);
     if (!(value.pdf_solid_angle > 0.0f)) continue;
     sum += is_bumped(lobe) ? value.f_cos * bump_shadowing(bump_terminator, bump_base, lobe.frame.n, wi) : value.f_cos;
@@ -394,6 +395,12 @@ Bsdf::KindShares Bsdf::kind_shares(Vec3 wo, Vec3 wi, bool specular) const {
     const float share = selection[i] * value.pdf_solid_angle;
     if (!(share > 0.0f)) continue;
     sum += share;
+    if (is_fiber(lobe.kind)) {
+      const float part = hair::reflected_share(lobe, flipped ? -wo : wo, flipped ? -wi : wi, flipped);
+      shares.glossy += part * share;
+      shares.transmission += (1.0f - part) * share;
+      continue;
+    }
     const bool diffuse = is_diffuse(lobe.kind);
     (reflection ? (diffuse ? shares.diffuse : shares.glossy)
                 : (diffuse ? shares.diffuse_transmission : shares.transmission)) += share;
@@ -427,7 +434,8 @@ std::array<Color, 3> Bsdf::f_cos_of_kinds(Vec3 wo, Vec3 wi) const {
     if (!(value.pdf_solid_angle > 0.0f)) continue;
     const bool diffuse = is_diffuse(lobe.kind);
     const float shadowing = diffuse && lobe.frame.n != n ? bump_shadowing(bump_terminator, n, lobe.frame.n, wi) : 1.0f;
-    kinds[diffuse ? 0 : side > 0.0f ? 1 : 2] += value.f_cos * shadowing;
+    const bool transmitted = is_fiber(lobe.kind) ? lobe.kind == LobeKind::HairTransmission : side < 0.0f;
+    kinds[diffuse ? 0 : transmitted ? 2 : 1] += value.f_cos * shadowing;
   }
   return kinds;
 }
@@ -447,7 +455,7 @@ std::array<Color, 3> Bsdf::albedo_of_kinds() const {
       kinds[1] += albedo * reflected;
       kinds[2] += albedo * (1.0f - reflected);
     } else {
-      kinds[transmits(lobe.kind) ? 2 : 1] += albedo;
+      kinds[transmits(lobe.kind) && lobe.kind != LobeKind::HairChiang ? 2 : 1] += albedo;
     }
   }
   return kinds;

@@ -52,17 +52,24 @@ enum class LobeKind : uint8_t {
   MicrofacetRefraction,  ///< transmission part only
   MicrofacetGlass,       ///< reflection and transmission; dielectric Fresnel chooses between them
   MicrofacetThin,        ///< transmission through a thin sheet: a reflection lobe, mirrored to the other side
-  Transparent,           ///< straight through, no change of direction
+  HairChiang,            ///< a fibre (hair.h)
+  HairReflection,        ///< of the Hair BSDF
+  HairTransmission,
+  Transparent,  ///< straight through, no change of direction
 };
 
 constexpr bool is_microfacet(LobeKind kind) {
   return kind == LobeKind::MicrofacetReflection || kind == LobeKind::MicrofacetRefraction ||
          kind == LobeKind::MicrofacetGlass || kind == LobeKind::MicrofacetThin;
 }
+/// Whether the lobe is that of a fibre, whose value does not depend on the side of a normal.
+constexpr bool is_fiber(LobeKind kind) {
+  return kind == LobeKind::HairChiang || kind == LobeKind::HairReflection || kind == LobeKind::HairTransmission;
+}
 /// Whether the lobe scatters light to the other side, except straight through.
 constexpr bool transmits(LobeKind kind) {
   return kind == LobeKind::Translucent || kind == LobeKind::MicrofacetRefraction || kind == LobeKind::MicrofacetGlass ||
-         kind == LobeKind::MicrofacetThin;
+         kind == LobeKind::MicrofacetThin || kind == LobeKind::HairChiang || kind == LobeKind::HairTransmission;
 }
 
 enum class Microfacet : uint8_t { Ggx, Beckmann, Gtr1, AshikhminShirley };
@@ -107,7 +114,7 @@ struct Lobe {
   FresnelKind fresnel = FresnelKind::None;
   NormalFresnel normal_fresnel = NormalFresnel::None;  ///< factor: reflectance of `eta` at n (glass: split there)
   Compensation compensation = Compensation::None;      ///< its colour is `multiple_scattering`
-  bool ignores_eye = false;         ///< Diffuse: the eye may be behind the normal, which is not bent towards it
+  bool ignores_eye = false;         ///< Diffuse: the eye may be behind the normal, which is not bent to it; fibres
   bool correlated = false;          ///< masking and shadowing depend on each other (Blender 4.0 and later)
   bool delta = false;               ///< value of is_delta(), set by Bsdf::add
   bool subsurface = false;          ///< represents light that enters here and leaves elsewhere (SubsurfaceMedium)

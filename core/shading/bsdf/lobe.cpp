@@ -7,6 +7,7 @@
 #include "shading/bsdf/albedo_table.h"
 #include "shading/bsdf/diffuse.h"
 #include "shading/bsdf/fresnel.h"
+#include "shading/bsdf/hair.h"
 #include "shading/bsdf/microfacet.h"
 #include "shading/bsdf/sheen.h"
 #include "shading/bsdf/thin_film.h"
@@ -337,8 +338,10 @@ bool Lobe::is_delta() const {
 
 LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, TransportMode mode, bool flipped) {
   const float cos_o = glm::dot(lobe.frame.n, wo), cos_i = glm::dot(lobe.frame.n, wi);
-  if (lobe.ignores_eye) [[unlikely]]
+  if (lobe.ignores_eye) [[unlikely]] {
+    if (is_fiber(lobe.kind)) return hair::evaluate(lobe, wo, wi, mode, flipped);
     return reflection ? diffuse_for_any_eye(lobe, wo, wi, mode) : LobeValue{};
+  }
   if (!(cos_o > 0.0f) || (reflection ? !(cos_i > 0.0f) : !(cos_i < 0.0f))) return {};
   const auto cosine_lobe = [&](float f) { return LobeValue{lobe.weight * (f * cos_i), cos_i * kInvPi}; };
   switch (lobe.kind) {
@@ -392,6 +395,9 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
     case LobeKind::MicrofacetThin:
       if (reflection) return {};
       break;
+    case LobeKind::HairChiang:
+    case LobeKind::HairReflection:
+    case LobeKind::HairTransmission:
     case LobeKind::Transparent: return {};
   }
   const Vec3 local_o = lobe.frame.to_local(wo);
@@ -441,6 +447,9 @@ bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMod
       sample.wi = -lobe.frame.to_world(warp::square_to_cosine_hemisphere(u));
       sample.flags = kTransmission | kDiffuse;
       return true;
+    case LobeKind::HairChiang:
+    case LobeKind::HairReflection:
+    case LobeKind::HairTransmission: return hair::sample(lobe, wo, u_branch, u, flipped, sample);
     case LobeKind::Transparent:
       sample = {-wo, lobe.weight, 1.0f, kTransmission | kSpecular | kTransparent, 1.0f, 0.0f};
       return true;
@@ -458,6 +467,7 @@ Color lobe_scattered(const Lobe& lobe, float cos_wo, bool flipped) {
     case LobeKind::MicrofacetRefraction:
     case LobeKind::MicrofacetThin:
     case LobeKind::MicrofacetGlass: break;
+    case LobeKind::HairChiang: return lobe.weight * hair::albedo(lobe, cos_wo);
     default: return lobe.weight;
   }
   const float eta = eta_from(lobe, flipped);

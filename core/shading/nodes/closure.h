@@ -25,6 +25,9 @@ enum class ClosureKind : uint8_t {
   Transparent,
   Metallic,
   Sheen,
+  PrincipledHair,
+  HairReflection,
+  HairTransmission,
   Emission,
   CoatedEmission,  ///< emission below the coat and the sheen of a Principled BSDF
   Holdout
@@ -45,7 +48,7 @@ struct InputPatch {
 
 /// A closure with its constant inputs. All kinds use the inputs of the Principled BSDF. The simple kinds use
 /// base_color, roughness, ior, anisotropic, anisotropic_rotation, distribution and the thin film. Emission has its
-/// strength in base_color.
+/// strength in base_color. The closures of hair are listed in hair_closures.cpp.
 struct Closure {
   ClosureKind kind = ClosureKind::Diffuse;
   Operand weight = 0;

@@ -1,9 +1,10 @@
 #include "shading/nodes/closure_nodes.h"
 
 #include <cstddef>
-#include <cstring>
 
-#include "shading/functions/point_functions.h"
+#include "shading/nodes/closure_tree.h"
+#include "shading/nodes/closure_writer.h"
+#include "shading/nodes/hair_closures.h"
 #include "shading/nodes/node_type.h"
 #include "shading/nodes/volume_closures.h"
 
@@ -13,52 +14,6 @@ namespace {
 constexpr SocketType Float = SocketType::Float, Vector = SocketType::Vector, Color = SocketType::Color;
 using Inputs = closures::PrincipledInputs;
 using closures::Distribution;
-
-/// Sets a closure's inputs: constants directly, all others by patches.
-class ClosureWriter {
- public:
-  ClosureWriter(ProgramBuilder& builder, int node, ClosureKind kind, Value weight) : b_(builder), node_(node) {
-    closure.kind = kind;
-    closure.weight = weight.at;
-  }
-
-  void set(size_t offset, Value value, int count) {
-    if (value.is_constant()) {
-      for (int i = 0; i < count; ++i) {
-        const float x = b_.constant_value(value, i);
-        std::memcpy(reinterpret_cast<char*>(&closure.inputs) + offset + i * sizeof(float), &x, sizeof x);
-      }
-    } else {
-      closure.patches.push_back({offset, uint8_t(count), value.at});
-    }
-  }
-  /// Reads a number or colour from the socket. If the socket is missing, the input becomes `fallback`.
-  Value number(size_t offset, const char* socket, float fallback) {
-    const Value value = b_.input(node_, socket, Float, Vec4(fallback));
-    set(offset, value, 1);
-    return value;
-  }
-  Value color(size_t offset, const char* socket, ::ajar::Color fallback) {
-    const Value value = b_.input(node_, socket, SocketType::Color, Vec4(fallback, 1.0f));
-    set(offset, value, 3);
-    return value;
-  }
-  void normal(const char* socket, Operand& target) {
-    if (b_.is_linked(node_, socket)) target = b_.input(node_, socket, Vector).at;
-  }
-  /// Only anisotropic closures need a tangent.
-  void tangent(Value anisotropy) {
-    if (anisotropy.is_constant() && b_.constant_value(anisotropy) == 0.0f) return;
-    closure.tangent = b_.is_linked(node_, "Tangent") ? b_.input(node_, "Tangent", Vector).at
-                                                     : b_.emit(Op::RadialTangent, Vector, {}, int(Axis::Z)).at;
-  }
-
-  Closure closure;
-
- private:
-  ProgramBuilder& b_;
-  int node_;
-};
 
 Distribution distribution(ProgramBuilder& b, int node, Distribution fallback) {
   const int choice = b.choice(node, "distribution", {"SHARP", "GGX", "BECKMANN", "MULTI_GGX", "ASHIKHMIN_SHIRLEY"},
@@ -336,6 +291,8 @@ constexpr ClosureType kNodes[] = {
     {"ShaderNodeBsdfToon", toon},
     {"ShaderNodeBsdfMetallic", metallic},
     {"ShaderNodeBsdfSheen", sheen},
+    {"ShaderNodeBsdfHair", hair},
+    {"ShaderNodeBsdfHairPrincipled", principled_hair},
     {"ShaderNodeSubsurfaceScattering", subsurface},
     {"ShaderNodeEmission", emission},
     {"ShaderNodeBackground", emission},
@@ -378,6 +335,15 @@ void add_closures(ProgramBuilder& b, int node, const std::string& output, Value 
   } else {
     unknown_closure(b, node, weight, closures);
   }
+}
+
+std::vector<Closure> flatten_closures(ProgramBuilder& b) {
+  std::vector<Closure> closures;
+  for_each_closure(b, b.graph().surface, "surface", [&](int node, const std::string& output, Value weight) {
+    add_closures(b, node, output, weight, closures);
+  });
+  for (Closure& closure : closures) make_valid(closure.inputs);
+  return closures;
 }
 
 }  // namespace ajar::nodes

@@ -15,4 +15,8 @@ ClosureFunction find_closure_node(std::string_view type);
 void add_closures(ProgramBuilder& builder, int node, const std::string& output, Value weight,
                   std::vector<Closure>& closures);
 
+/// All closures below the graph's surface output. Each closure occurs once; its weight is the product of the mix factors
+/// above it, summed over all paths of links that lead to it. Closures with a constant weight of 0 are left out.
+std::vector<Closure> flatten_closures(ProgramBuilder& builder);
+
 }  // namespace ajar::nodes

@@ -12,7 +12,7 @@
 // Grids (smoke, OpenVDB) and the nodes that read them are not supported.
 #pragma once
 
-#include "shading/bsdf/medium.h"
+#include "shading/media/medium.h"
 #include "shading/program/program_builder.h"
 
 namespace ajar {

@@ -28,6 +28,7 @@ Shape shape_of(const Lobe& lobe) {
   Shape shape;
   shape.normal = lobe.frame.n;
   switch (lobe.kind) {
+    case LobeKind::HairChiang:
     case LobeKind::MicrofacetGlass: shape.sides = kSameSide | kOtherSide; break;
     default: shape.sides = transmits(lobe.kind) ? kOtherSide : kSameSide; break;
   }

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "math/frame.h"
-#include "shading/bsdf/medium.h"
+#include "shading/media/medium.h"
 
 namespace ajar {
 

@@ -55,6 +55,33 @@ const Diagnostic* find(const Diagnostics& diagnostics, const std::string& text) 
 
 }  // namespace
 
+TEST(Strands, a_ray_does_not_hit_the_strand_that_it_leaves_and_hits_the_next_one) {
+  for (const StrandShape shape : kShapes)
+    for (const bool is_instance : {false, true}) {
+      SceneDescription d = empty_scene();
+      // The second strand is at a distance of three radii.
+      const MeshDescription pair = hair({{{0, 0, 0}, {0, 0, 2}, {0, 0, 4}}, {{0.3f, 0, 0}, {0.3f, 0, 2}, {0.3f, 0, 4}}},
+                                        0.1f, 0.1f, shape);
+      const int object = add_object(d, pair, add_diffuse(d, Color(0.5f)));
+      if (is_instance) {  // of two instances, neither is moved to world space
+        d.instances.push_back(d.instances[size_t(object)]);
+        d.instances.back().world_from_object = rows(moved(Vec3(0, 3, 0)));
+      }
+      const auto scene = build(d);
+      const ShadingPoint point = met(*scene, Vec3(0.02f, -4, 2), Vec3(0, 1, 0));
+      // Through the strand itself, and nearly along it.
+      for (const Vec3 way : {Vec3(0.1f, 1, 0), Vec3(-0.02f, 0.02f, 1), Vec3(0.01f, 0, 1)}) {
+        Ray ray = scene->spawn_ray(point, glm::normalize(way));
+        ray.t_max = 1.0f;
+        EXPECT_FALSE(scene->intersect(ray, kRayDiffuse).found());
+        EXPECT_EQ(scene->transmittance(ray, 8), Color(1.0f));
+      }
+      const Ray across = scene->spawn_ray(point, Vec3(1, 0, 0));
+      EXPECT_NEAR(scene->intersect(across, kRayDiffuse).t, shape == StrandShape::Ribbon ? 0.28f : 0.26f, 0.005f);
+      EXPECT_EQ(scene->transmittance(across, 8), Color(0.0f));
+    }
+}
+
 TEST(Strands, catmull_rom_interpolates_the_points_and_the_tangent_is_the_derivative) {
   MeshDescription mesh = hair({{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {3, 1, 2}}, {{5, 5, 5}, {6, 5, 5}}}, 0.2f, 0.1f);
   const auto strands = make_strands(mesh);

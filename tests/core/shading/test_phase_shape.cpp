@@ -1,4 +1,4 @@
-#include "shading/bsdf/phase_shape.h"
+#include "shading/media/phase_shape.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "graph_fixtures.h"
 #include "math/statistics.h"
-#include "shading/bsdf/medium.h"
+#include "shading/media/medium.h"
 #include "statistical.h"
 
 namespace ajar::test_phase_shape {

@@ -159,16 +159,16 @@ TEST(ShaderProgram, a_color_that_is_linked_as_a_closure_is_emission) {
 
 TEST(ShaderProgram, an_unknown_closure_is_replaced_by_diffuse_and_reported_once) {
   GraphBuilder g;
-  const int hair = g.node("ShaderNodeBsdfHair", {value_input("Color", Vec4(1, 0, 0, 1))});
+  const int unknown = g.node("ShaderNodeBsdfOfTheFuture", {value_input("Color", Vec4(1, 0, 0, 1))});
   const int mix = g.node("ShaderNodeAddShader",
-                         {linked_input("Shader", hair, "BSDF"), linked_input("Shader_001", hair, "BSDF")});
+                         {linked_input("Shader", unknown, "BSDF"), linked_input("Shader_001", unknown, "BSDF")});
   g.graph.surface = {mix, "Shader"};
   Diagnostics diagnostics;
   const ShaderProgram program = compile(g.graph, &diagnostics);
   compile(g.graph, &diagnostics);
   ASSERT_EQ(diagnostics.size(), 1u);
   EXPECT_EQ(diagnostics[0].object, "Material");
-  EXPECT_NE(diagnostics[0].message.find("ShaderNodeBsdfHair"), std::string::npos);
+  EXPECT_NE(diagnostics[0].message.find("ShaderNodeBsdfOfTheFuture"), std::string::npos);
   EXPECT_TRUE(program.scatters());
 }
 

@@ -1,4 +1,4 @@
-#include "shading/bsdf/phase_shape.h"
+#include "shading/media/phase_shape.h"
 
 #include <algorithm>
 

@@ -7,7 +7,7 @@
 #include <array>
 
 #include "math/types.h"
-#include "shading/bsdf/phase_shape.h"
+#include "shading/media/phase_shape.h"
 
 namespace ajar {
 
