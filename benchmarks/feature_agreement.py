@@ -36,6 +36,9 @@ EXPECTED_DIFFERENCES: dict[str, str] = {
     "translucent_transparent": "the image of Cycles is not linear in the colour of Translucent: with red it is redder than the images with black and white predict; that of Ajar is linear",
     "hair_reflection": "in Cycles, light sampling drops half of the reflection of the Hair BSDF where its sampled directions keep it; Ajar keeps it in both",
     "hair_reflection_mesh": "as hair_reflection",
+    "hair_chiang": "rays are drawn with another tilt than that of the density by which they are weighed, in Cycles of Blender 3",
+    "hair_chiang_thick": "as hair_chiang",
+    "hair_chiang_mesh": "as hair_chiang",
     "hair_absorption": "with Coat, Cycles draws reflections with the roughness without it, and weighs them by the density with it",
     "lamp_without_glossy": "light sampling does not separate types of rays, only hits do; this is reported",
 }
