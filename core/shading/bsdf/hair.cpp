@@ -10,8 +10,8 @@ namespace ajar::hair {
 namespace {
 
 // Members of Lobe that hair uses for something else: f0 is the absorption, alpha_x and alpha_y are v and s (or the
-// roughnesses of a part of the Hair BSDF), roughness is v of R, f90.x is the tilt (or the offset), f90.y whether it turns the light, frame.s the tangent.
-// The frame is not orthonormal.
+// roughnesses of a part of the Hair BSDF), roughness is v of R, f90.x is the tilt (or the offset), f90.y says whether
+// the tilt turns the light, frame.s is the tangent. The frame is not orthonormal.
 
 Fiber fiber_of(const Lobe& lobe, bool flipped) {
   return {lobe.f0,           lobe.eta, lobe.alpha_x, lobe.roughness, lobe.alpha_y, flipped ? -lobe.f90.x : lobe.f90.x,
@@ -114,8 +114,8 @@ class Chiang {
     const float modified = std::sqrt(std::max(sqr(fiber.eta) - sqr(eye_.sine), 1e-12f));
     gamma_inside_ = std::asin(glm::clamp(h * eye_.cosine / modified, -1.0f, 1.0f));
     const float cos_inside = std::max(Inclination::of(eye_.sine / fiber.eta).cosine, 1e-4f);
-    const Color through = glm::exp(-fiber.absorption * (2.0f * std::cos(gamma_inside_) / cos_inside));
-    const float f = fresnel::dielectric(eye_.cosine * cos_gamma, fiber.eta);
+    const Color through = glm::exp(-fiber.absorption * (2.0f * std::max(std::cos(gamma_inside_), 0.0f) / cos_inside));
+    const float cosine = eye_.cosine * cos_gamma, f = cosine > 1e-6f ? fresnel::dielectric(cosine, fiber.eta) : 1.0f;
     attenuation_[0] = Color(f);
     attenuation_[1] = sqr(1.0f - f) * through;
     attenuation_[2] = attenuation_[1] * through * f;
@@ -187,6 +187,7 @@ class Part {
     eye_ = std::asin(glm::clamp(glm::dot(lobe.frame.s, eye), -1.0f, 1.0f));
     low_ = std::atan((0.5f * (eye_ - 0.5f * kPi) - offset_) / width_);
     high_ = std::atan((0.5f * (eye_ + 0.5f * kPi) - offset_) / width_);
+    high_ = std::max(high_, low_ + 1e-6f);  // far offsets leave no difference in floating point
     range_ = 2.0f * std::atan(0.5f * kPi / width_around_);
   }
 

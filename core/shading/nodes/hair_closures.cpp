@@ -100,7 +100,7 @@ void add_hair(Bsdf& bsdf, const ShadingPoint& point, bool transmission, Color we
               const closures::PrincipledInputs& inputs, bool has_tangent) {
   const bool on_strand = is_strand(point);
   const Vec3 tangent = has_tangent ? inputs.tangent : on_strand ? point.dpdu : point.dpdv;
-  // As in Cycles, the lobe is not turned on a mesh that has its own tangent.
+  // As in Cycles, Offset has no effect on a mesh unless a tangent is linked.
   const float offset = has_tangent || on_strand ? -get_Offset(inputs) : 0.0f;
   bsdf.add(hair::part_lobe(transmission, weight, inputs.normal, tangent, get_Roughness(inputs),
                            get_RadialRoughness(inputs), offset));

@@ -379,6 +379,41 @@ TEST(Bsdf, a_diffuse_lobe_that_keeps_its_normal_is_lit_even_if_the_eye_is_behind
   EXPECT_GT(behind, 20);
 }
 
+TEST(Bsdf, lobes_of_hair_are_finite_for_extreme_inputs) {
+  Pcg32 rng(6);
+  const Vec3 ng(0, 0, 1), tangent(1, 0, 0);
+  for (const float size : {0.0f, 1e-3f, 1.0f, 1e4f})
+    for (const float eta : {1e-5f, 0.5f, 1.0f, 1e4f})
+      for (const float roughness : {0.001f, 1.0f}) {
+        hair::Fiber fiber{Color(size, 0.0f, 1e12f),
+                          eta,
+                          hair::longitudinal_variance(roughness),
+                          hair::longitudinal_variance(0.001f),
+                          hair::azimuthal_scale(roughness),
+                          size};
+        for (const bool turns_light : {false, true}) {
+          fiber.turns_light = turns_light;
+          Bsdf bsdf;
+          bsdf.start(ng, ng);
+          bsdf.add(hair::chiang_lobe(Color(1.0f), ng, tangent, fiber));
+          bsdf.add(hair::part_lobe(turns_light, Color(1.0f), ng, tangent, roughness, roughness, size));
+          for (int i = 0; i < 100; ++i) {
+            const Vec3 wo = i < 2 ? tangent * (i == 0 ? 1.0f : -1.0f) : uniform_direction(rng);
+            bsdf.prepare(wo);
+            const float u_lobe = rng.next_float(), ux = rng.next_float();
+            const auto sample = bsdf.sample(wo, u_lobe, {ux, rng.next_float()});
+            for (const Vec3 wi : {uniform_direction(rng), sample ? sample->wi : wo, -wo})
+              for (TransportMode mode : kModes) {
+                const auto e = bsdf.evaluate(wo, wi, mode);
+                ASSERT_TRUE(is_finite(e.f_cos) && std::isfinite(e.pdf_solid_angle))
+                    << size << " " << eta << " " << roughness;
+                ASSERT_GE(std::min({e.f_cos.x, e.f_cos.y, e.f_cos.z, e.pdf_solid_angle}), 0.0f);
+              }
+          }
+        }
+      }
+}
+
 TEST(Bsdf, full_storage_drops_the_weakest_lobe_and_counts_it) {
   Bsdf bsdf;
   Lobe lobe;
