@@ -81,7 +81,7 @@ def of_nodes(blenders: list[str], tables: list[list[Verdict]]) -> list[str]:
     lines = ["# What Ajar makes of Blender's shader nodes and settings", "",
              "Written by `tools/coverage/write.py`. In each Blender, every output, input, choice and switch of every shader node was changed in a material of its own, and Ajar and that Blender's",
              "Cycles rendered the same spheres with it (`tools/coverage/probe.py`). *Exact*: no difference beyond the noise and 4 % (root mean square over a sphere's pixels; most differ by less than",
-             "1 %). *Approximated*: another picture, with the reason. *Missing*: the artist is told so by name. `tests/core/node_values*.txt` holds recorded values of Cycles, compared to 10⁻⁴.",
+             "1 %). Spheres that differ without a known reason are rendered again with 1,024 samples. *Approximated*: another picture, with the reason. *Missing*: the artist is told so by name. `tests/core/node_values*.txt` holds recorded values of Cycles, compared to 10⁻⁴.",
              "A dash: not in this Blender. Numbers in brackets are explained below the table. `tests/blender/panels/inventory.tsv` has every setting, part of a node, choice and pass by its name.", "",
              *counts("outputs, inputs, choices and switches of nodes", blenders, tables), "", f"| node | {' | '.join(blenders)} | besides |", "|---|---|" + "---|" * len(blenders)]
     reasons = Reasons()
