@@ -29,12 +29,15 @@ class Known:
     blenders: str
     reason: str
 
+HALF_OF_HAIR = "light sampling of Cycles drops a part of the reflection that its sampled directions keep; Ajar keeps it in both"
 
 KNOWN = (
     Known("BsdfAnisotropic", "distribution", "MULTI_GGX", OLD, COMPENSATED),
     Known("BsdfAnisotropic", "*", "*", OLD, "anisotropic highlights differ by up to 5 % near the rim of a sphere, with Beckmann by 15 %; the cause is not known"),
     Known("BsdfAnisotropic", "*", "*", NEW, COMPENSATED),
-    Known("BsdfHair", "*", "*", OLD + NEW, "light sampling of Cycles drops a part of the reflection that its sampled directions keep; Ajar keeps it in both"),
+    # Not its transmission, which has to agree. All other probes have the default, reflection.
+    Known("BsdfHair", "[A-Z]*", "*", OLD + NEW, HALF_OF_HAIR),
+    Known("BsdfHair", "component", "Reflection", OLD + NEW, HALF_OF_HAIR),
     Known("BsdfHairPrincipled", "IOR", "", OLD + NEW, "below 1, Cycles loses light where it reflects totally; Ajar does not"),
     Known("BsdfToon", "*", "*", OLD + NEW, "with a smooth edge, Cycles evaluates the falloff at another angle than that of the sampled direction"),
     Known("BsdfTranslucent", "Normal", "", OLD + NEW, "with a tilted normal, Cycles attenuates directions below the surface differently"),

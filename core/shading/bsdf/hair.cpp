@@ -115,7 +115,7 @@ class Chiang {
     gamma_inside_ = std::asin(glm::clamp(h * eye_.cosine / modified, -1.0f, 1.0f));
     const float cos_inside = std::max(Inclination::of(eye_.sine / fiber.eta).cosine, 1e-4f);
     const Color through = glm::exp(-fiber.absorption * (2.0f * std::max(std::cos(gamma_inside_), 0.0f) / cos_inside));
-    const float cosine = eye_.cosine * cos_gamma, f = cosine > 1e-6f ? fresnel::dielectric(cosine, fiber.eta) : 1.0f;
+    const float f = fresnel::dielectric(eye_.cosine * cos_gamma, fiber.eta);
     attenuation_[0] = Color(f);
     attenuation_[1] = sqr(1.0f - f) * through;
     attenuation_[2] = attenuation_[1] * through * f;

@@ -264,8 +264,7 @@ void principled(ProgramBuilder& b, int node, Value weight, std::vector<Closure>&
     const Value emitted = b.emit(
         Op::Scale, Color,
         {b.input(node, v2 ? "Emission Color" : "Emission", Color, v2 ? Vec4(1.0f) : Vec4(0.0f)), strength});
-    const auto may_be_positive = [&](Value value) { return !value.is_constant() || b.constant_value(value) > 0.0f; };
-    const bool is_coated = v2 && (may_be_positive(coat) || may_be_positive(sheen_weight));
+    const bool is_coated = v2 && (may_be_positive(b, coat) || may_be_positive(b, sheen_weight));
     if (is_coated)
       add_coated_emission(w.closure, emitted, b, out);
     else

@@ -9,6 +9,11 @@
 
 namespace ajar::nodes {
 
+/// Whether a number is a constant above 0, or computed at each point.
+inline bool may_be_positive(const ProgramBuilder& builder, Value value) {
+  return !value.is_constant() || builder.constant_value(value) > 0.0f;
+}
+
 /// Sets a closure's inputs: constants directly, all others by patches.
 class ClosureWriter {
  public:

@@ -88,10 +88,10 @@ void principled_hair(ProgramBuilder& b, int node, Value weight, std::vector<Clos
   w.closure.inputs.is_conductor = b.choice(node, "tilt", {"EYE", "LIGHT"}) == 1;
   const Value random_color = w.number(kRandomColor, "Random Color", 0.0f);
   const Value random_roughness = w.number(kRandomRoughness, "Random Roughness", 0.0f);
-  const auto is_used = [&](Value amount) { return !amount.is_constant() || b.constant_value(amount) > 0.0f; };
   if (b.is_linked(node, "Random"))
     w.number(kRandom, "Random", 0.0f);
-  else if (is_used(random_roughness) || (coloring == int(Coloring::Melanin) && is_used(random_color)))
+  else if (may_be_positive(b, random_roughness) ||
+           (coloring == int(Coloring::Melanin) && may_be_positive(b, random_color)))
     w.set(kRandom, b.emit(Op::HairInfo, SocketType::Float, {}, int(HairOutput::Random)), 1);
   out.push_back(std::move(w.closure));
 }

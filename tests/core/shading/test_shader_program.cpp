@@ -172,6 +172,17 @@ TEST(ShaderProgram, an_unknown_closure_is_replaced_by_diffuse_and_reported_once)
   EXPECT_TRUE(program.scatters());
 }
 
+TEST(ShaderProgram, the_hair_model_of_huang_is_replaced_by_that_of_chiang_and_reported) {
+  for (const char* model : {"CHIANG", "HUANG"}) {
+    GraphBuilder g;
+    const int hair = g.node("ShaderNodeBsdfHairPrincipled", {}, {text_property("model", model)});
+    g.graph.surface = {hair, "BSDF"};
+    Diagnostics diagnostics;
+    EXPECT_TRUE(compile(g.graph, &diagnostics).scatters());
+    EXPECT_EQ(diagnostics.size(), model == std::string("HUANG") ? 1u : 0u);
+  }
+}
+
 TEST(ShaderProgram, unknown_value_nodes_return_their_first_link) {
   GraphBuilder g;
   const int rgb = g.node("ShaderNodeRGB", {}, {number_property("value", {0.25f, 0.5f, 1, 1})});
