@@ -65,6 +65,40 @@ std::shared_ptr<MeshDescription> make_strands(const std::string& name, const Flo
   return mesh;
 }
 
+/// A closed box around grids.
+std::shared_ptr<MeshDescription> make_volume(const std::string& name, Vec3 lower, Vec3 upper,
+                                             const std::vector<py::tuple>& grids, bool density_in_object_space) {
+  auto mesh = std::make_shared<MeshDescription>();
+  mesh->name = name;
+  for (int corner = 0; corner < 8; ++corner)
+    mesh->positions.emplace_back(corner & 1 ? upper.x : lower.x, corner & 2 ? upper.y : lower.y,
+                                 corner & 4 ? upper.z : lower.z);
+  mesh->triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                     {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  mesh->texture_space_location = 0.5f * (lower + upper);
+  mesh->texture_space_size = 0.5f * (upper - lower);
+  mesh->density_in_object_space = density_in_object_space;
+  for (const py::tuple& item : grids) {
+    if (item.size() != 4)
+      throw py::value_error("grids of volume \"" + name +
+                            "\" must be tuples (name, index_from_object, bricks, values)");
+    VolumeGrid grid;
+    grid.name = item[0].cast<std::string>();
+    const std::string of = " of grid \"" + grid.name + "\" of volume \"" + name + "\"";
+    grid.index_from_object = item[1].cast<Rows>();
+    grid.bricks = copy_rows<std::array<int, 3>>(item[2].cast<Array<int32_t>>(), "bricks" + of);
+    const auto values = item[3].cast<Floats>();
+    const size_t voxels = grid.bricks.size() * VolumeGrid::kVoxels;
+    grid.components = size_t(values.size()) == 3 * voxels && voxels > 0 ? 3 : 1;
+    if (size_t(values.size()) != size_t(grid.components) * voxels)
+      throw py::value_error("values" + of + " must have 512 or 3 * 512 numbers for each brick, not " +
+                            shape_text(values));
+    grid.values = copy_numbers(values);
+    mesh->grids.push_back(std::move(grid));
+  }
+  return mesh;
+}
+
 template <class... Arguments>
 int add_mesh(SceneDescription& description, const Arguments&... arguments) {
   description.meshes.push_back(read_mesh(arguments...));
@@ -333,6 +367,19 @@ void bind_geometry(py::module_& module) {
                     "StrandShape. The shape of all strands of the mesh.")
       .def_readonly("strand_subdivisions", &MeshDescription::strand_subdivisions,
                     "int, 0 to 4. Each segment of a ribbon has 2^strand_subdivisions straight pieces.")
+      .def_property_readonly(
+          "grids",
+          [](const MeshDescription& m) {
+            std::vector<py::tuple> grids;
+            for (const VolumeGrid& grid : m.grids)
+              grids.push_back(py::make_tuple(grid.name, grid.index_from_object, to_array<int>(grid.bricks),
+                                             to_array<float>(grid.values, VolumeGrid::kVoxels * grid.components)));
+            return grids;
+          },
+          "list of tuples (name, index_from_object, bricks, values), as in make_volume, but with one row of values for "
+          "each brick. The grids of a volume.")
+      .def_readonly("density_in_object_space", &MeshDescription::density_in_object_space,
+                    "bool. The volume keeps its optical depth when an instance is scaled.")
       .def_readonly("texture_space_location", &MeshDescription::texture_space_location,
                     "tuple of 3 floats, metres in object space. The centre of the box of Generated coordinates.")
       .def_readonly("texture_space_size", &MeshDescription::texture_space_size,
@@ -582,6 +629,15 @@ void bind_description(py::module_& module) {
       "Raises ValueError, which names the strands, for an array of the wrong shape.");
   def_strands(scene, "add_strands", strands_adder(&make_strands),
               "Add hair and return the index of its mesh. Arguments and errors are those of make_strands.");
+  module.def("make_volume", &make_volume, py::kw_only(), py::arg("name"), py::arg("lower"), py::arg("upper"),
+             py::arg("grids"), py::arg("density_in_object_space") = false,
+             "Make a box that encloses grids and return a MeshDescription for add_shared_mesh. lower and upper: its "
+             "corners in metres, object space. grids: tuples (name, index_from_object, bricks, values). "
+             "index_from_object: 12 floats, three rows of four; voxel (i, j, k) has its centre at (i, j, k). bricks: "
+             "int32[b, 3], the index of the first voxel of each brick of 8 x 8 x 8 voxels, divided by 8. values: "
+             "float32[b, 8, 8, 8] or float32[b, 8, 8, 8, 3], indexed by z, y and x of the voxel; voxels outside all "
+             "bricks are 0. density_in_object_space: the volume keeps its optical depth when it is scaled. Raises "
+             "ValueError, which names the volume, for an array of the wrong shape.");
   scene.def(py::init<>(), "Make one with default values.")
       .def("set_color_spaces", &set_color_spaces, py::arg("config"), py::arg("working_space"),
            "Set the meaning of all colours. config: the path of an OpenColorIO configuration, which gives the colour "

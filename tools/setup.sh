@@ -4,7 +4,7 @@
 # for packing and testing the extension.
 set -eu
 packages="g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev libtbb-dev
- pybind11-dev python3-dev python3-numpy python3-markdown nlohmann-json3-dev libcli11-dev"
+ pybind11-dev python3-dev python3-numpy python3-openvdb python3-markdown nlohmann-json3-dev libcli11-dev"
 [ "${BLENDER:-blender}" = blender ] && packages="$packages blender"
 # The second line has libraries of the system that official Blender uses.
 extension="python3-venv ca-certificates curl binutils

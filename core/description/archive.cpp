@@ -13,7 +13,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'F'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'G'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -210,6 +210,10 @@ void fields(A& a, Attribute& v) {
   all(a, v.name, v.domain, v.components, v.values);
 }
 template <class A>
+void fields(A& a, VolumeGrid& v) {
+  all(a, v.name, v.components, v.index_from_object, v.bricks, v.values);
+}
+template <class A>
 void fields(A& a, MeshDescription& mesh) {
   if constexpr (std::is_same_v<A, Hasher>) {
     const MeshDescription* shared = mesh.shared.get();
@@ -221,6 +225,7 @@ void fields(A& a, MeshDescription& mesh) {
   all(a, v.name, v.positions, v.triangles, v.material_slots, v.normal_domain, v.normals, v.attributes, v.active_uv,
       v.texture_space_location, v.texture_space_size);
   if (a.has('B')) all(a, v.strands, v.radii, v.strand_shape, v.strand_subdivisions);
+  if (a.has('G')) all(a, v.grids, v.density_in_object_space);
 }
 template <class A>
 void fields(A& a, ObjectProperty& v) {

@@ -113,6 +113,18 @@ struct Attribute {
   std::vector<float> values;
 };
 
+/// Values on voxels, which the shader of a volume reads by name. Only bricks of 8 x 8 x 8 voxels are listed; all other
+/// voxels are 0. Voxel (i, j, k) has its centre at the index coordinates (i, j, k).
+struct VolumeGrid {
+  static constexpr int kBrick = 8;                             ///< voxels along an axis of a brick
+  static constexpr size_t kVoxels = kBrick * kBrick * kBrick;  ///< of a brick
+  std::string name;
+  int components = 1;                                                           ///< 1, or 3: a colour or a vector
+  std::array<float, 12> index_from_object{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< three rows of four
+  std::vector<std::array<int, 3>> bricks;  ///< index of the first voxel of each brick, divided by 8; all different
+  std::vector<float> values;               ///< of all voxels of all bricks; the first index varies fastest
+};
+
 /// Name of the vertex attribute (3 components) that holds the positions before modifiers moved the vertices. Generated
 /// coordinates follow it; without it, they follow the positions.
 inline constexpr const char* kUndeformedPosition = ".undeformed_position";
@@ -140,6 +152,11 @@ struct MeshDescription {
   std::vector<float> radii;  ///< of strands, for each position
   StrandShape strand_shape = StrandShape::Ribbon;
   int strand_subdivisions = 2;  ///< each segment of a ribbon has 2^strand_subdivisions straight pieces
+  /// Grids inside a closed mesh that encloses a volume.
+  std::vector<VolumeGrid> grids;
+  /// The volume keeps its optical depth when an instance is scaled: its coefficients are per unit of object space, as
+  /// in volume objects of Blender.
+  bool density_in_object_space = false;
   /// If set, that mesh is used and no other field is read. A scene that is built after another one takes over the
   /// meshes that both share, with their structures, instead of copying and building them.
   std::shared_ptr<const MeshDescription> shared;

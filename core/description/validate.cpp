@@ -147,6 +147,33 @@ void validate_strands(MeshDescription& mesh, ValidationCounts& counts, Diagnosti
   if (bad_strands + points_only > 0) compact_strands(mesh, keep);
 }
 
+/// Removes grids that are damaged. Returns the number of replaced values in the others.
+uint64_t validate_grids(MeshDescription& mesh, Diagnostics& diagnostics) {
+  constexpr int64_t kFarthestBrick = 1 << 26;  // the indices of voxels stay below those of VoxelGrid::at
+  std::erase_if(mesh.grids, [&](const VolumeGrid& grid) {
+    const auto known = [&](const VolumeGrid& other) { return &other < &grid && other.name == grid.name; };
+    const auto near = [](std::array<int, 3> brick) {
+      return std::all_of(brick.begin(), brick.end(), [](int x) { return std::abs(int64_t(x)) < kFarthestBrick; });
+    };
+    std::vector<std::array<int, 3>> sorted = grid.bricks;
+    std::sort(sorted.begin(), sorted.end());
+    const Mat4 matrix = to_matrix(grid.index_from_object);
+    const float determinant = glm::determinant(Mat3(matrix));
+    const bool good = (grid.components == 1 || grid.components == 3) &&
+                      grid.values.size() == grid.bricks.size() * VolumeGrid::kVoxels * size_t(grid.components) &&
+                      std::all_of(grid.bricks.begin(), grid.bricks.end(), near) &&
+                      std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end() && std::isfinite(determinant) &&
+                      determinant != 0.0f && is_finite(Vec3(matrix[3])) &&
+                      std::none_of(mesh.grids.begin(), mesh.grids.end(), known);
+    if (!good)
+      report_once(diagnostics, {Severity::Warning, mesh.name, "Grid '" + grid.name + "' is damaged and is ignored."});
+    return !good;
+  });
+  uint64_t repaired = 0;
+  for (VolumeGrid& grid : mesh.grids) repaired += replace_non_finite(grid.values, 0.0f);
+  return repaired;
+}
+
 void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics& diagnostics) {
   if (!mesh.strands.empty()) {
     validate_strands(mesh, counts, diagnostics);
@@ -166,7 +193,7 @@ void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics&
     warn("Normals do not match the mesh; it is shaded flat.");
     mesh.normals.clear();
   }
-  uint64_t repaired = validate_attributes(mesh, diagnostics);
+  uint64_t repaired = validate_attributes(mesh, diagnostics) + validate_grids(mesh, diagnostics);
 
   std::vector<uint8_t> bad_vertex;
   for (size_t v = 0; v < mesh.positions.size(); ++v) {

@@ -6,6 +6,7 @@ size_t BuiltMesh::memory_bytes() const {
   size_t bytes = positions.size() * sizeof(Vec3) + triangles.size() * sizeof(UVec3) +
                  material_slots.size() * sizeof(uint16_t) + normals.size() * sizeof(Vec3);
   for (const Attribute& attribute : attributes) bytes += attribute.values.size() * sizeof(float);
+  for (const VoxelGrid& grid : grids) bytes += grid.memory_bytes();
   if (strands) bytes += strands->memory_bytes();
   return bytes;
 }
@@ -15,6 +16,12 @@ int BuiltMesh::find_attribute(const std::string& attribute_name) const {
     if (attributes[i].name == attribute_name) return int(i);
   }
   return -1;
+}
+
+const VoxelGrid* BuiltMesh::find_grid(const std::string& grid_name) const {
+  for (const VoxelGrid& grid : grids)
+    if (grid.name() == grid_name) return &grid;
+  return nullptr;
 }
 
 Vec4 BuiltMesh::interpolate(const Attribute& attribute, uint32_t triangle, Vec2 barycentric) const {

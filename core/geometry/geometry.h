@@ -8,6 +8,7 @@
 #include "description/scene_description.h"
 #include "geometry/motion.h"
 #include "geometry/strands.h"
+#include "geometry/voxel_grid.h"
 
 namespace ajar {
 
@@ -27,6 +28,8 @@ struct BuiltMesh {
   bool baked = false;  ///< positions are in world space
   /// Null: triangles. Otherwise there are neither positions nor normals, and slots are per segment.
   std::shared_ptr<const Strands> strands;
+  std::vector<VoxelGrid> grids;                   ///< of the volume inside; in object space, also if the mesh is baked
+  bool density_in_object_space = false;           ///< see MeshDescription
   std::shared_ptr<const MeshDescription> source;  ///< the description it was built from, if later scenes can share it
   std::shared_ptr<void> structure;  ///< Embree's structure of a mesh that is not baked; accel.cpp knows its type
   size_t memory_bytes() const;
@@ -34,6 +37,8 @@ struct BuiltMesh {
 
   /// Index of the attribute with this name, or -1.
   int find_attribute(const std::string& attribute_name) const;
+  /// The grid with this name, or null.
+  const VoxelGrid* find_grid(const std::string& grid_name) const;
   /// Value at a point of a triangle or segment; missing components are 0 (alpha 1).
   Vec4 interpolate(const Attribute& attribute, uint32_t triangle, Vec2 barycentric) const;
 };

@@ -26,6 +26,10 @@ uint64_t bytes_of(const MeshDescription& mesh) {
   uint64_t bytes = (mesh.positions.size() + 1) * sizeof(Vec3) + mesh.triangles.size() * sizeof(UVec3) +
                    mesh.material_slots.size() * sizeof(uint16_t) + mesh.normals.size() * sizeof(Vec3);
   for (const Attribute& attribute : mesh.attributes) bytes += attribute.values.size() * sizeof(float);
+  for (const VolumeGrid& grid : mesh.grids)
+    bytes += grid.values.size() * sizeof(float) +
+             grid.bricks.size() *
+                 (sizeof(grid.bricks[0]) + 4 * sizeof(uint32_t));  // at most four places of a table each
   if (mesh.strands.empty()) return bytes;
   const size_t points = mesh.positions.size(), strands = mesh.strands.size(), segments = segments_of(mesh);
   bytes += (points + 2 * strands) * sizeof(Vec4) + points * sizeof(float) +

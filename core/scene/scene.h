@@ -5,6 +5,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <set>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -213,6 +214,7 @@ class Scene {
   ShaderProgram world_program_;
   uint64_t world_fingerprint_ = 0;
   std::vector<CameraShader> camera_shaders_;
+  std::set<std::string> grid_names_;
   Mat3 working_from_rec709_{1.0f};
   std::unique_ptr<TextureStore> textures_;
   LightSet lights_;

@@ -83,6 +83,8 @@ BuiltMesh take(MeshDescription&& d) {
   mesh.normal_domain = d.normal_domain;
   mesh.normals = std::move(d.normals);
   mesh.attributes = std::move(d.attributes);
+  for (VolumeGrid& grid : d.grids) mesh.grids.emplace_back(std::move(grid));
+  mesh.density_in_object_space = d.density_in_object_space;
   mesh.source = std::move(d.shared);
   mesh.texture_space_location = d.texture_space_location;
   mesh.texture_space_size = d.texture_space_size;
@@ -129,6 +131,8 @@ void Scene::compile_materials(const SceneDescription& d, const std::vector<int>&
       if (textures_->load(image, "", diagnostics) != texture) return false;
     return true;
   };
+  uint64_t grids = 0;
+  for (const std::string& name : grid_names_) grids = hash64(grids + std::hash<std::string>()(name));
   for (size_t i = 0; i < d.materials.size(); ++i) {
     const MaterialDescription& material = d.materials[i];
     material_pass_indices_.push_back(material.pass_index);
@@ -138,7 +142,7 @@ void Scene::compile_materials(const SceneDescription& d, const std::vector<int>&
     if (shown_by[i] < 0) continue;
     const uint64_t number = hash64(
         fingerprint(material) + (context.reflective_caustics ? 1 : 0) + (context.refractive_caustics ? 2 : 0) +
-        (context.bump_terminator == BumpTerminator::Microfacet ? 4 : 0) + fingerprint(d.color));
+        (context.bump_terminator == BumpTerminator::Microfacet ? 4 : 0) + fingerprint(d.color) + grids);
     const auto found = at_hand.find(number);
     if (found != at_hand.end() && shows_the_same_images(previous->programs_[found->second])) {
       programs_[i] = std::move(previous->programs_[found->second]);
@@ -175,6 +179,7 @@ void Scene::change_view(const CameraDescription& camera, RenderSettings settings
   context.reflective_caustics = settings.reflective_caustics = settings_.reflective_caustics;
   context.refractive_caustics = settings.refractive_caustics = settings_.refractive_caustics;
   context.bump_terminator = settings.bump_terminator = settings_.bump_terminator;
+  context.grids = &grid_names_;
   context.working_from_rec709 = working_from_rec709_;
   Diagnostics repeated;  // the build has reported these
   for (const CameraShader& shader : std::exchange(camera_shaders_, {})) {
@@ -366,6 +371,9 @@ void Scene::Builder::compile_shaders() {
   context.reflective_caustics = d_.settings.reflective_caustics;
   context.refractive_caustics = d_.settings.refractive_caustics;
   context.bump_terminator = d_.settings.bump_terminator;
+  for (const BuiltMesh& mesh : s_.meshes_)
+    for (const VoxelGrid& grid : mesh.grids) s_.grid_names_.insert(grid.name());
+  context.grids = &s_.grid_names_;
   context.working_from_rec709 = s_.working_from_rec709_ = ajar::working_from_rec709(d_.color);
   s_.compile_materials(d_, shown_by_, context, previous_.get(), diagnostics_);
   if (!options_.walks_below_surfaces) {

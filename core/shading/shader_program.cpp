@@ -180,7 +180,9 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   std::copy_if(data.scattering.begin(), data.scattering.end(), std::back_inserter(data.thin_walls), is_thin_wall);
   data.tables = std::move(builder.tables);
   data.divide_code(builder.code, builder.register_count());
-  for (const Instruction& i : data.volume_code) data.medium_varies |= varies_inside(i.op);
+  for (const Instruction& i : data.volume_code)
+    data.medium_varies |= i.op == Op::NamedAttribute ? context.has_grid(data.tables.names[i.data])
+                                                     : varies_inside(i.op);
   data.may_be_transparent = !data.transparency.empty() || !data.thin_walls.empty();
   data.plain_diffuse = data.scattering.size() == 1 && data.transparency.empty() &&
                        is_plain_diffuse(data.scattering.front());

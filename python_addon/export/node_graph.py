@@ -176,6 +176,9 @@ class GraphExporter:
                 self.graph.add_input(index, socket.identifier, converted(source.value, source.type, socket.type))
         for name in own_properties(node):
             self.add_property(index, node, name)
+        for socket in node.inputs:
+            if socket.type == "STRING":
+                self.graph.add_property(index, socket.identifier, text=socket.default_value)
         if node.bl_idname.startswith("ShaderNodeTex") and node.bl_idname not in WITHOUT_GENERATED:
             self.context.uses_generated = True
         special = SPECIAL.get(node.bl_idname)

@@ -16,11 +16,11 @@ import numpy as np
 from .. import compat, plain, unsupported
 from ..ajar_module import ajar
 from ..translations import interface
-from . import lights, materials, mesh, motion, named_values, origins, strands
+from . import lights, materials, mesh, motion, named_values, origins, strands, volumes
 from .context import ExportContext, rows_3x4
 from .known_objects import OutOfDate, look_of
 
-NOT_YET = {"POINTCLOUD": "point clouds are not yet supported and do not render", "VOLUME": "volumes are not yet supported and do not render"}
+NOT_YET = {"POINTCLOUD": "point clouds are not yet supported and do not render"}
 
 
 @dataclass
@@ -232,6 +232,8 @@ def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.typ
     if not context.view_layer.use_solid and isinstance(thing.data, bpy.types.Mesh):
         return False
     # Curves, texts and metaballs are in the graph a second time, as instances of their evaluated mesh.
+    if isinstance(thing.data, bpy.types.Volume):
+        return context.view_layer.use_volumes
     return isinstance(thing.data, (bpy.types.Mesh, bpy.types.Curves))
 
 
@@ -392,6 +394,8 @@ def _importance(context: ExportContext, owner: bpy.types.Object) -> float:
 def _export_mesh(context: ExportContext, geometry: Geometry) -> tuple[int, ajar.MeshDescription | None]:
     """The index of the mesh in the description, and the mesh itself if it may be used again."""
     description, cache = context.description, context.meshes
+    if isinstance(geometry.data, bpy.types.Volume):
+        return _export_volume(context, geometry)
     is_surface = isinstance(geometry.data, bpy.types.Mesh) and not geometry.is_hair
     if cache is None:
         found = _arrays(context, geometry) if is_surface else _strands(context, geometry)
@@ -405,6 +409,20 @@ def _export_mesh(context: ExportContext, geometry: Geometry) -> tuple[int, ajar.
         cache.exported += 1
     shared = cache.known[key]
     return (description.add_shared_mesh(shared) if shared is not None else mesh.EMPTY), shared
+
+
+def _export_volume(context: ExportContext, geometry: Geometry) -> tuple[int, ajar.MeshDescription | None]:
+    """Like _export_mesh. Volumes that cannot be read are not kept, so that each export reports them."""
+    cache, found = context.meshes, None
+    if cache is not None:
+        key = cache.key(context, geometry.owner, geometry.data)
+        found = cache.known.get(key)
+    if found is None:
+        found = volumes.make(context, geometry.owner, geometry.data)
+        if cache is not None:
+            cache.known[key] = found
+            cache.exported += 1
+    return (context.description.add_shared_mesh(found) if found is not None else mesh.EMPTY), found
 
 
 def _strands(context: ExportContext, geometry: Geometry) -> dict | None:

@@ -575,7 +575,16 @@ TEXTS = {
     "if its geometry nodes give instances an attribute \"{attribute}\", it cannot be read":
         "falls seine Geometrieknoten Instanzen ein Attribut „{attribute}“ geben, kann es nicht gelesen werden",
     "point clouds are not yet supported and do not render": "Punktwolken werden noch nicht unterstützt und nicht gerendert",
-    "volumes are not yet supported and do not render": "Volumenobjekte werden noch nicht unterstützt und nicht gerendert",
+    "this Blender cannot read OpenVDB files in Python (Blender 4.4 and newer can); the volume does not render":
+        "dieses Blender kann OpenVDB-Dateien nicht in Python lesen (Blender 4.4 und neuere können es); das Volumen wird nicht gerendert",
+    "its file cannot be read and the volume does not render: {error}": "seine Datei kann nicht gelesen werden und das Volumen wird nicht gerendert: {error}",
+    "it has no grids and does not render": "es hat keine Gitter und wird nicht gerendert",
+    "all its grids are empty and it does not render": "alle seine Gitter sind leer und es wird nicht gerendert",
+    "the grid \"{grid}\" has values of the type {type}, which cannot be rendered": "das Gitter „{grid}“ hat Werte des Typs {type}, der nicht gerendert werden kann",
+    "the grid \"{grid}\" is too large and is ignored: {size} voxels": "das Gitter „{grid}“ ist zu groß und wird ignoriert: {size} Voxel",
+    "the grid \"{grid}\" has too many voxels and is ignored": "das Gitter „{grid}“ hat zu viele Voxel und wird ignoriert",
+    "the grid \"{grid}\" has a transform that is not affine or has no inverse, and is ignored":
+        "das Gitter „{grid}“ hat eine Transformation, die nicht affin ist oder keine Inverse hat, und wird ignoriert",
     "smoke is a grid; grids are not yet supported, and it does not render": "Rauch ist ein Gitter; Gitter werden noch nicht unterstützt, und er wird nicht gerendert",
 }
 

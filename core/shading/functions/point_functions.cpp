@@ -111,7 +111,12 @@ int find_attribute(const BuiltMesh& mesh, const std::string& name) {
 }  // namespace
 
 Vec4 attribute(const ShadingPoint& point, const std::string& name, bool* found) {
-  const int index = point.mesh && point.primitive != kInsideVolume ? find_attribute(*point.mesh, name) : -1;
+  if (point.primitive == kInsideVolume) {
+    const VoxelGrid* grid = point.mesh ? point.mesh->find_grid(name) : nullptr;
+    if (found) *found = grid != nullptr;
+    return grid ? grid->at(object_position(point)) : Vec4(0.0f);
+  }
+  const int index = point.mesh ? find_attribute(*point.mesh, name) : -1;
   if (found) *found = index >= 0;
   if (index < 0) return Vec4(0.0f);
   const Attribute& attribute = point.mesh->attributes[index];

@@ -341,7 +341,21 @@ bool particle_info(ProgramBuilder& b, int, std::string_view output, Value& value
   return false;
 }
 
-/// On surfaces, properties of points and grids are zero.
+/// The grids of a volume with fixed names. On surfaces they are zero.
+bool volume_info(ProgramBuilder& b, int, std::string_view output, Value& value) {
+  const std::string name = output == "Color"         ? "color"
+                           : output == "Density"     ? "density"
+                           : output == "Flame"       ? "flame"
+                           : output == "Temperature" ? "temperature"
+                                                     : "";
+  if (name.empty()) return false;
+  const Value whole = b.context().has_grid(name) ? b.emit(Op::NamedAttribute, Color, {}, 0, b.add_name(name))
+                                                 : b.constant(Vec3(0.0f), Color);
+  value = output == "Color" ? whole : b.part(whole, 0);
+  return true;
+}
+
+/// On surfaces, properties of points are zero.
 bool nothing_of_surfaces(ProgramBuilder& b, int, std::string_view output, Value& value) {
   if (output == "Color")
     value = b.constant(Vec3(0.0f), Color);
@@ -375,7 +389,7 @@ constexpr NodeType kNodes[] = {
     {"ShaderNodeHairInfo", hair_info_node},
     {"ShaderNodeParticleInfo", particle_info},
     {"ShaderNodePointInfo", nothing_of_surfaces},
-    {"ShaderNodeVolumeInfo", nothing_of_surfaces},
+    {"ShaderNodeVolumeInfo", volume_info},
 };
 
 }  // namespace

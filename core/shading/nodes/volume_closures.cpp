@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shading/functions/math_functions.h"
 #include "shading/nodes/closure_tree.h"
 
 namespace ajar {
@@ -94,12 +95,22 @@ class VolumeReader {
                          .density = density.at});
   }
 
+  /// A value times the grid that the property names, if the volume has that grid.
+  Value times_grid(int node, const char* property, Value value) const {
+    const std::string name(b_.text(node, property));
+    if (!b_.context().has_grid(name)) return value;
+    Value grid = b_.emit(Op::NamedAttribute, Vector, {}, 2, b_.add_name(name));
+    if (value.type == Float) return b_.emit(Op::Product, Float, {value, b_.part(grid, 0)});
+    return b_.emit(Op::VectorMath, Vector, {value, grid, b_.constant(Vec3(0.0f), Vector), b_.constant(1.0f)},
+                   int(nodes::VectorOperation::Multiply));
+  }
+
   void principled(int node, Value weight) {
-    const Value density = b_.input(node, "Density", Float, Vec4(1.0f));
+    const Value density = times_grid(node, "Density Attribute", b_.input(node, "Density", Float, Vec4(1.0f)));
     if (!is_zero(density))
       closures_.push_back({.kind = VolumeKind::Principled,
                            .weight = weight.at,
-                           .color = b_.input(node, "Color", Vector, Vec4(0.5f)).at,
+                           .color = times_grid(node, "Color Attribute", b_.input(node, "Color", Vector, Vec4(0.5f))).at,
                            .second = b_.input(node, "Absorption Color", Vector, Vec4(0.0f)).at,
                            .density = density.at,
                            .anisotropy = b_.input(node, "Anisotropy", Float, Vec4(0.0f)).at});
@@ -107,7 +118,8 @@ class VolumeReader {
          b_.input(node, "Emission Strength", Float, Vec4(0.0f)));
     const Value intensity = b_.input(node, "Blackbody Intensity", Float, Vec4(0.0f));
     if (is_zero(intensity)) return;
-    const Value temperature = b_.input(node, "Temperature", Float, Vec4(1000.0f));
+    const Value temperature = times_grid(node, "Temperature Attribute",
+                                         b_.input(node, "Temperature", Float, Vec4(1000.0f)));
     closures_.push_back({.kind = VolumeKind::Blackbody,
                          .weight = weight.at,
                          .color = b_.input(node, "Blackbody Tint", Vector, Vec4(1.0f)).at,

@@ -9,7 +9,7 @@
 // - Coefficients (Blender 5): scattering and absorption per metre.
 // - Blackbody: the radiance per metre is that of a surface, times 1e-6 and the strength.
 //
-// Grids (smoke, OpenVDB) and the nodes that read them are not supported.
+// Principled multiplies its density, colour and temperature by the grids that it names, if the volume has them.
 #pragma once
 
 #include "shading/media/medium.h"

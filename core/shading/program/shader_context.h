@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <set>
 #include <string>
 
 #include "description/scene_description.h"
@@ -17,9 +18,11 @@ struct ShaderContext {
   std::string user;                                             ///< an object that shows the material, for messages
   int material_pass_index = 0;                                  ///< value of Object Info > Material Index
   bool reflective_caustics = true, refractive_caustics = true;  ///< switches of RenderSettings
+  const std::set<std::string>* grids = nullptr;                 ///< names of all grids in the scene
   BumpTerminator bump_terminator = BumpTerminator::Cubic;
   /// From linear Rec. 709 to the working space.
   Mat3 working_from_rec709{1.0f};
+  bool has_grid(const std::string& name) const { return grids && grids->contains(name); }
   bool works_in_rec709() const { return working_from_rec709 == Mat3(1.0f); }
 };
 

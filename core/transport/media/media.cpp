@@ -147,6 +147,10 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
       const bool varies = program.medium_varies() && max_component(upper - lower) < kLargestExtent;
       varying += varies ? 1 : 0;
       media_.push_back({i, material, &program, varies, lower, upper - lower, {}, {}, 0, 0.0f});
+      if (scene.meshes()[instance.mesh].density_in_object_space) {
+        const float length = glm::length(Mat3(instance.world_from_object) * Vec3(1.0f / std::sqrt(3.0f)));
+        if (length > 0.0f) media_.back().scale = 1.0f / length;
+      }
     }
   }
   const int cells_along = cells_of(varying);
@@ -260,7 +264,7 @@ void Media::add(const Medium& medium, ShadingPoint& inside, MediumPoint& point, 
   inside.instance = &instance;
   inside.mesh = &scene_.meshes()[instance.mesh];
   inside.object = &scene_.object(instance.object);
-  if (!medium.varies) {
+  if (!medium.varies && medium.scale == 1.0f) {
     medium.program->add_medium(inside, point);
     return;
   }
@@ -268,8 +272,8 @@ void Media::add(const Medium& medium, ShadingPoint& inside, MediumPoint& point, 
   MediumPoint own;
   medium.program->add_medium(inside, own);
   const float largest = max_component(own.extinction);
-  float scale = 1.0f;
-  if (medium.most > 0.0f && largest > medium.most) {
+  float scale = medium.scale;
+  if (medium.most > 0.0f && largest * scale > medium.most) {
     scale = medium.most / largest;
     ++counters.capped;
   }
@@ -277,7 +281,7 @@ void Media::add(const Medium& medium, ShadingPoint& inside, MediumPoint& point, 
   point.extinction += own.extinction * scale - scattering;
   for (int i = 0; i < own.lobe_count; ++i)
     point.add_scattering(own.lobes[size_t(i)].scattering * scale, own.lobes[size_t(i)].shape);
-  point.emission += own.emission;
+  point.emission += own.emission * medium.scale;
   point.refused += own.refused;
 }
 

@@ -134,6 +134,7 @@ class Media {
     float most;                   // maximum extinction per metre; 0: no limit
     Color mean_extinction{0.0f};  // over the bounds, of media that vary; 0 if nothing scatters
     bool emits = false;
+    float scale = 1.0f;  // of all coefficients, for media that keep their optical depth when they are scaled
   };
 
   uint32_t medium_of(const Hit& hit) const;
@@ -141,6 +142,7 @@ class Media {
   void evaluate(const MediaStack& stack, ShadingPoint& inside, MediumPoint& point, MediaCounters& counters) const;
   struct Samples;
   Samples sample_cells(Medium& medium, Vec3 extent) const;
+  void sample_voxels(const Medium& medium, Samples& all) const;
   void find_majorants(Medium& medium, int cells_along);
   void find_emission();
   float majorant(const Medium& medium, Vec3 position, Vec3 direction, float& reach) const;

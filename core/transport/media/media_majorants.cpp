@@ -1,6 +1,7 @@
 // The grids of majorants of media that vary, and their mean extinction.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 
 #include <tbb/parallel_for.h>
@@ -21,6 +22,8 @@ constexpr float kMinShare = 0.02f, kMostIdle = 4.0f;
 /// An axis along which the extinction varies less than this share of the most varying axis has fewer cells.
 constexpr float kEvenAxis = 0.1f;
 constexpr int kCellsOfEvenAxis = 4;
+/// Voxels of grids that are looked at; of larger grids, every second voxel along each axis, or every fourth.
+constexpr size_t kMaxVoxels = size_t(1) << 22;
 
 /// The sum of the differences between neighbouring cells along an axis.
 double variation(const std::vector<float>& seen, const std::array<int, 3>& cells, int axis) {
@@ -122,6 +125,40 @@ Media::Samples Media::sample_cells(Medium& medium, Vec3 extent) const {
   return all;
 }
 
+/// Looks at the voxels of grids too. Between voxels, grids are interpolated, so that their largest value is at a voxel.
+void Media::sample_voxels(const Medium& medium, Samples& all) const {
+  const BuiltInstance& instance = scene_.instances()[medium.instance];
+  const BuiltMesh& mesh = scene_.meshes()[instance.mesh];
+  for (const VoxelGrid& grid : mesh.grids) {
+    const size_t voxels = grid.brick_count() * VolumeGrid::kVoxels;
+    const int stride = voxels <= kMaxVoxels ? 1 : voxels <= 8 * kMaxVoxels ? 2 : 4;
+    tbb::parallel_for(size_t(0), grid.brick_count(), [&](size_t brick) {
+      ShadingPoint path;
+      MediaStack none;
+      Ray ray;
+      ShadingPoint inside = inside_of({none, ray, 0.0f, path, kRayCamera});
+      MediaCounters ignored;
+      grid.for_each_voxel(brick, stride, [&](Vec3 center) {
+        inside.position = transform_point(instance.world_from_object, center);
+        const Vec3 place = (inside.position - medium.lower) * medium.inverse_size;
+        std::array<int, 3> cell;
+        for (int axis = 0; axis < 3; ++axis) {
+          const int count = medium.cells[size_t(axis)];
+          if (!(place[axis] >= 0.0f && place[axis] < float(count))) return;
+          cell[size_t(axis)] = std::min(int(place[axis]), count - 1);
+        }
+        MediumPoint point;
+        add(medium, inside, point, ignored);
+        const float extinction = max_component(point.extinction);
+        std::atomic_ref<float> seen(
+            all.seen[size_t((cell[2] * medium.cells[1] + cell[1]) * medium.cells[0] + cell[0])]);
+        for (float known = seen.load(); known < extinction && !seen.compare_exchange_weak(known, extinction);) {
+        }
+      });
+    });
+  }
+}
+
 void Media::find_majorants(Medium& medium, int cells_along) {
   const Vec3 extent = glm::max(medium.size, Vec3(1e-6f * max_component(medium.size) + 1e-30f));
   const float cell = max_component(extent) / float(cells_along);
@@ -131,6 +168,7 @@ void Media::find_majorants(Medium& medium, int cells_along) {
                 glm::length(extent / Vec3(float(medium.cells[0]), float(medium.cells[1]), float(medium.cells[2])));
   Samples all = sample_cells(medium, extent);
   if (divide_anew(all.compared, medium.cells)) all = sample_cells(medium, extent);
+  sample_voxels(medium, all);
   medium.emits |= all.emits;
   if (all.scatters && is_finite(all.extinction)) medium.mean_extinction = all.extinction;
   const float largest = *std::max_element(all.seen.begin(), all.seen.end());

@@ -53,7 +53,7 @@ DEVICE = "affects the speed and memory of the devices of Cycles"
 DENOISER = "setting of the denoiser of Cycles; Ajar's denoiser has one switch for renders and one for the view"
 BAKE = "Ajar does not bake"
 STEPS = "setting of the ray marching of Cycles; Ajar samples volumes without steps"
-VOLUMES = "volume objects are not supported yet; they are reported"
+VOLUMES = "not read: grids keep their values with 32 bits, and do not blur by their velocity"
 MNEE = "setting of the shadow caustics of Cycles; Ajar finds caustics without marked objects"
 
 ABSENT = {
@@ -125,7 +125,7 @@ ABSENT = {
     ("WorldLighting", "ao_factor"): "setting of Fast GI, which is reported",
     ("WorldLighting", "distance"): "setting of Fast GI, which is reported",
     **{("Volume", name): VOLUMES for name in ("velocity_grid", "velocity_scale", "velocity_unit")},
-    **{("VolumeRender", name): VOLUMES for name in ("clipping", "precision", "space", "step_size")},
+    **{("VolumeRender", name): VOLUMES for name in ("clipping", "precision", "step_size")},
 }
 ABSENT_STRUCTS = {"BakeSettings": BAKE}
 

@@ -1,0 +1,162 @@
+"""Grids of OpenVDB in volume objects, as bricks of voxels.
+
+The grids are read by the Python module of OpenVDB: `openvdb` in Blender 4.4 and newer, `pyopenvdb` of the distribution before. Grids that
+Blender made or changed itself are written to a temporary file first.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import tempfile
+from types import ModuleType
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..ajar_module import ajar
+from .context import ExportContext
+
+BRICK = 8
+CHUNK = 128             # voxels along an axis of a lower internal node of OpenVDB's tree
+ROOT = 4096             # the same for a child of the root
+MAX_ROOTS = 1_000_000   # of children of the root that the bounds of a grid may have
+MAX_BRICKS = 2_000_000   # of a grid; 4 GiB of densities
+LOWER_NODE = 2          # depth of a lower internal node in the tree
+
+
+def library() -> ModuleType | None:
+    for name in ("openvdb", "pyopenvdb"):
+        try:
+            return importlib.import_module(name)
+        except ImportError:
+            continue
+    return None
+
+
+def make(context: ExportContext, owner: bpy.types.Object, volume: bpy.types.Volume) -> ajar.MeshDescription | None:
+    """The box of a volume with its grids, or None after a warning if there is nothing to show."""
+    name = owner.name
+    vdb = library()
+    if vdb is None:
+        context.warn(name, "this Blender cannot read OpenVDB files in Python (Blender 4.4 and newer can); the volume does not render")
+        return None
+    if not volume.grids.load():
+        context.warn(name, 'its file cannot be read and the volume does not render: {error}', error=volume.grids.error_message or volume.filepath)
+        return None
+    if len(volume.grids) == 0:
+        context.warn(name, "it has no grids and does not render")
+        return None
+    grids, corners = [], []
+    for grid in _read(context, vdb, owner, volume):
+        context.check_cancelled()
+        found = _bricks(context, name, grid)
+        if found is not None:
+            grids.append(found[:4])
+            corners.append(found[4])
+    if not grids:
+        context.warn(name, "all its grids are empty and it does not render")
+        return None
+    box = np.concatenate(corners)
+    return ajar.make_volume(name=volume.name, lower=tuple(box.min(axis=0)), upper=tuple(box.max(axis=0)), grids=grids,
+                            density_in_object_space=volume.render.space == "OBJECT")
+
+
+def _read(context: ExportContext, vdb: ModuleType, owner: bpy.types.Object, volume: bpy.types.Volume) -> list:
+    path = bpy.path.abspath(volume.grids.frame_filepath) if volume.filepath and not volume.packed_file else ""
+    is_file = os.path.isfile(path) and not any(modifier.show_render for modifier in owner.modifiers)
+    try:
+        if is_file:
+            return vdb.readAll(path)[0]
+        with tempfile.TemporaryDirectory(prefix="ajar_") as folder:
+            path = os.path.join(folder, "grids.vdb")
+            volume.grids.save(filepath=path)
+            return vdb.readAll(path)[0]
+    except Exception as error:  # noqa: BLE001: the module raises many types for damaged files
+        context.warn(owner.name, "its file cannot be read and the volume does not render: {error}", error=str(error))
+        return []
+
+
+def _bricks(context: ExportContext, owner: str, grid: Any) -> tuple | None:
+    """(name, index_from_object, bricks, values, corners of its bounds in object space), or None if the grid is empty or cannot be used."""
+    first, last = (np.array(corner, dtype=np.int64) for corner in grid.evalActiveVoxelBoundingBox())
+    if (first > last).any():
+        return None
+    components = _components(grid)
+    if components is None:
+        context.warn(owner, 'the grid "{grid}" has values of the type {type}, which cannot be rendered', grid=grid.name, type=grid.valueTypeName)
+        return None
+    if np.prod((last - first) // ROOT + 2, dtype=np.float64) > MAX_ROOTS:
+        context.warn(owner, 'the grid "{grid}" is too large and is ignored: {size} voxels', grid=grid.name, size=" x ".join(str(n) for n in last - first + 1))
+        return None
+    object_from_index = _matrix(grid.transform)
+    if object_from_index is None:
+        context.warn(owner, 'the grid "{grid}" has a transform that is not affine or has no inverse, and is ignored', grid=grid.name)
+        return None
+    bricks, values = [], []
+    for chunk in _chunks(grid, first, last):
+        context.check_cancelled()
+        dense = np.zeros((CHUNK, CHUNK, CHUNK) if components == 1 else (CHUNK, CHUNK, CHUNK, components), dtype=np.float32)
+        grid.copyToArray(dense, ijk=tuple(int(i) for i in chunk))
+        n = CHUNK // BRICK
+        split = dense.reshape(n, BRICK, n, BRICK, n, BRICK, components).transpose(0, 2, 4, 5, 3, 1, 6)
+        full = np.argwhere(split.any(axis=(3, 4, 5, 6)))
+        if len(full):
+            bricks.append((full + chunk // BRICK).astype(np.int32))
+            values.append(split[full[:, 0], full[:, 1], full[:, 2]].reshape(-1))
+        if sum(len(some) for some in bricks) > MAX_BRICKS:
+            context.warn(owner, 'the grid "{grid}" has too many voxels and is ignored', grid=grid.name)
+            return None
+    if not bricks:
+        return None
+    # Values are interpolated up to the neighbouring voxels.
+    sides = np.array((first - 1, last + 1), dtype=np.float64)
+    corners = np.array([[sides[x, 0], sides[y, 1], sides[z, 2], 1.0] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+    rows = np.linalg.inv(object_from_index)[:3].reshape(-1)
+    return grid.name, [float(x) for x in rows], np.concatenate(bricks), np.concatenate(values), (corners @ object_from_index.T)[:, :3]
+
+
+def _components(grid: Any) -> int | None:
+    kind = grid.valueTypeName
+    if kind in ("float", "double", "half", "int32", "int64", "bool"):
+        return 1
+    return 3 if kind.startswith("vec3") else None
+
+
+def _matrix(transform: Any) -> np.ndarray | None:
+    """Object from index, 4 x 4."""
+    def at(*index: int) -> np.ndarray:
+        return np.array(transform.indexToWorld(index), dtype=np.float64)
+
+    matrix = np.eye(4)
+    matrix[:3, 3] = at(0, 0, 0)
+    for axis in range(3):
+        matrix[:3, axis] = at(*(int(axis == k) for k in range(3))) - matrix[:3, 3]
+    far = np.array((97, 89, 101, 1.0))
+    is_affine = np.allclose((matrix @ far)[:3], at(97, 89, 101), rtol=1e-4, atol=1e-6 * float(np.abs(matrix).max()))
+    return matrix if is_affine and np.isfinite(matrix).all() and np.linalg.det(matrix) != 0.0 else None
+
+
+def _chunks(grid: Any, first: np.ndarray, last: np.ndarray) -> list[np.ndarray]:
+    """The first voxels of all nodes of 128 x 128 x 128 voxels that can hold values. Empty space costs little."""
+    accessor = grid.getConstAccessor()
+
+    def firsts(low: np.ndarray, high: np.ndarray, size: int) -> list[np.ndarray]:
+        ranges = [range(int(a) // size * size, int(b) + 1, size) for a, b in zip(low, high)]
+        return [np.array((x, y, z), dtype=np.int64) for x in ranges[0] for y in ranges[1] for z in ranges[2]]
+
+    def is_zero(place: tuple) -> bool:
+        return not np.any(accessor.getValue(place))
+
+    found = []
+    for root in firsts(first, last, ROOT):
+        corner = tuple(int(i) for i in root)
+        depth = accessor.getValueDepth(corner)
+        if depth < 0 or (depth == 0 and is_zero(corner)):
+            continue
+        for chunk in firsts(np.maximum(root, first), np.minimum(root + ROOT - 1, last), CHUNK):
+            place = tuple(int(i) for i in chunk)
+            if accessor.getValueDepth(place) >= LOWER_NODE or not is_zero(place):
+                found.append(chunk)
+    return found

@@ -1,0 +1,136 @@
+"""Tests of the export of volume objects: their OpenVDB grids become bricks of voxels."""
+
+import bpy
+import numpy as np
+import pytest
+from ajar_render.export import volumes
+
+vdb = volumes.library()
+pytestmark = pytest.mark.skipif(vdb is None, reason="this Blender has no Python module of OpenVDB")
+
+
+def a_grid(values, first=(0, 0, 0), name="density", kind="FloatGrid"):
+    grid = getattr(vdb, kind)()
+    grid.name = name
+    grid.copyFromArray(np.ascontiguousarray(values), ijk=first)
+    grid.transform = vdb.createLinearTransform([[0.5, 0, 0, 0], [0, 0.25, 0, 0], [0, 0, 1, 0], [1, 2, 3, 1]])
+    return grid
+
+
+@pytest.fixture
+def cloud(build, tmp_path):
+    """Makes a volume object from grids."""
+    def make(*grids):
+        volume = bpy.data.volumes.new("Cloud")
+        volume.filepath = str(tmp_path / "cloud.vdb")
+        if grids:
+            vdb.write(volume.filepath, grids=list(grids))
+        thing = build.object(volume, "Sky", (3, 2, 1))
+        thing.data.materials.append(build.material("Fog"))
+        return thing
+    return make
+
+
+@pytest.fixture
+def warnings(export_context):
+    def find():
+        context = export_context()
+        return context.description, [text for name, text in context.warnings if name == "Sky"]
+    return find
+
+
+def dense(found, shape, first=(0, 0, 0)):
+    """The voxels of a box, by the bricks of a grid: [x, y, z] or [x, y, z, component]."""
+    _name, _matrix, bricks, values = found
+    cells = {tuple(brick): value for brick, value in zip(bricks, values.reshape(len(bricks), 8, 8, 8, -1))}
+    result = np.zeros((*shape, values.shape[1] // 512), dtype=np.float32)
+    for index in np.ndindex(*shape):
+        place = np.add(index, first)
+        brick = cells.get(tuple(place // 8))
+        if brick is not None:
+            result[index] = brick[tuple(place[::-1] % 8)]
+    return result
+
+
+def test_voxels_keep_their_values_and_places(cloud, export):
+    values = np.random.default_rng(1).random((11, 9, 10)).astype(np.float32)
+    first = (-5, 126, 3)
+    cloud(a_grid(values, first))
+    description = export()
+    mesh, = description.meshes
+    grid, = mesh.grids
+    assert grid[0] == "density"
+    assert np.array_equal(dense(grid, values.shape, first)[..., 0], values)
+    assert np.count_nonzero(grid[3]) == np.count_nonzero(values)
+    assert np.allclose(np.array(grid[1]).reshape(3, 4), [[2, 0, 0, -2], [0, 4, 0, -8], [0, 0, 1, -3]])
+    # One voxel more on each side, where values are interpolated.
+    assert np.allclose(mesh.positions.min(axis=0), (1 - 6 * 0.5, 2 + 125 * 0.25, 3 + 2))
+    assert np.allclose(mesh.positions.max(axis=0), (1 + 6 * 0.5, 2 + 135 * 0.25, 3 + 13))
+    assert mesh.density_in_object_space == (bpy.data.volumes["Cloud"].render.space == "OBJECT")
+    assert description.objects[0].name == "Sky" and len(description.instances) == 1
+
+
+def test_vectors_keep_their_components(cloud, export):
+    values = np.random.default_rng(2).random((4, 3, 2, 3)).astype(np.float32)
+    cloud(a_grid(values, name="color", kind="Vec3SGrid"), a_grid(np.ones((2, 2, 2), dtype=np.float32)))
+    grids = {grid[0]: grid for grid in export().meshes[0].grids}
+    assert sorted(grids) == ["color", "density"]
+    assert np.array_equal(dense(grids["color"], (4, 3, 2)), values)
+
+
+def test_a_grid_of_enormous_extent_costs_only_its_voxels(cloud, export):
+    grid = a_grid(np.ones((2, 2, 2), dtype=np.float32), (-50_000, -50_000, -50_000))
+    grid.copyFromArray(np.full((2, 2, 2), 2.0, dtype=np.float32), ijk=(50_000, 50_000, 50_000))
+    cloud(grid)
+    found, = export().meshes[0].grids
+    assert len(found[2]) == 2 and found[3].sum() == 8 + 16
+
+
+def test_an_enormous_grid_of_zeros_is_empty(cloud, warnings):
+    grid = a_grid(np.ones((1, 1, 1), dtype=np.float32))
+    grid.fill((0, 0, 0), (24 * 4096 - 1,) * 3, 0.0, True)
+    cloud(grid)
+    description, texts = warnings()
+    assert not description.instances and texts == ["all its grids are empty and it does not render"]
+
+
+def test_a_volume_that_a_modifier_made_is_read(build, export):
+    square = build.object(build.mesh(), "Square", (0, 0, 0))
+    square.scale = (2, 2, 2)
+    volume = bpy.data.volumes.new("Fog")
+    thing = build.object(volume, "Sky", (0, 0, 0))
+    modifier = thing.modifiers.new("Volume", "MESH_TO_VOLUME")
+    modifier.object, modifier.density, modifier.voxel_amount = square, 3.0, 16
+    if hasattr(modifier, "exterior_band_width"):
+        modifier.exterior_band_width = 0.3
+    if hasattr(modifier, "interior_band_width"):
+        modifier.interior_band_width = 0.3
+    found = [mesh for mesh in export().meshes if mesh.grids]
+    assert [grid[0] for mesh in found for grid in mesh.grids] == ["density"]
+    assert found[0].grids[0][3].max() > 0.5
+
+
+def test_missing_and_damaged_files_are_reported_and_the_rest_renders(cloud, build, warnings, tmp_path):
+    build.object(build.mesh(), "Square", (0, 0, 0))
+    thing = cloud()
+    description, texts = warnings()
+    assert len(description.instances) == 1 and len(texts) == 1 and "cannot be read" in texts[0]
+    # Blender 3.4 itself aborts if a file ends in its header.
+    for number, content in enumerate((b"", b"no volume")):
+        path = tmp_path / f"damaged{number}.vdb"
+        path.write_bytes(content)
+        thing.data.filepath = str(path)
+        description, texts = warnings()
+        assert len(description.instances) == 1, number
+        assert texts and "does not render" in texts[0], number
+
+
+def test_the_names_of_a_principled_volume_are_sent(graph_of, build):
+    material = build.material("Fog")
+    tree = material.node_tree
+    node = tree.nodes.new("ShaderNodeVolumePrincipled")
+    node.inputs["Density Attribute"].default_value = "smoke"
+    output = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial")
+    tree.links.new(node.outputs[0], output.inputs["Volume"])
+    sent = next(node for node in graph_of(material).nodes if node.type == "ShaderNodeVolumePrincipled")
+    assert {item.name: item.text for item in sent.properties}["Density Attribute"] == "smoke"
