@@ -7,7 +7,10 @@ Blender made or changed itself are written to a temporary file first.
 from __future__ import annotations
 
 import importlib
+import importlib.machinery
+import importlib.util
 import os
+import sys
 import tempfile
 from types import ModuleType
 from typing import Any
@@ -32,7 +35,15 @@ def library() -> ModuleType | None:
             return importlib.import_module(name)
         except ImportError:
             continue
-    return None
+    # Blender as a Python module has it in a folder that Python does not search.
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    folder = os.path.join(bpy.utils.resource_path("LOCAL"), "python", "lib", version, "site-packages")
+    spec = importlib.machinery.PathFinder.find_spec("openvdb", [folder])
+    if spec is None or spec.loader is None:
+        return None
+    module = sys.modules["openvdb"] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def make(context: ExportContext, owner: bpy.types.Object, volume: bpy.types.Volume) -> ajar.MeshDescription | None:
