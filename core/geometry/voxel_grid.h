@@ -23,8 +23,7 @@ class VoxelGrid {
   /// blue.
   Vec4 at(Vec3 position) const;
   size_t brick_count() const { return grid_.bricks.size(); }
-  /// Calls `visit(position, corner)` for the centre of every `stride`-th voxel along each axis of a brick, in object
-  /// space.
+  /// Calls `visit(position)` for the centre of every `stride`-th voxel along each axis of a brick, in object space.
   template <class Visit>
   void for_each_voxel(size_t brick, int stride, Visit&& visit) const {
     constexpr int n = VolumeGrid::kBrick;

@@ -34,6 +34,23 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
     return context.materials[key]
 
 
+def export_of_volume(context: ExportContext, material: bpy.types.Material | None) -> int:
+    """Index of the material of a volume object. As in Cycles, it is a Principled Volume if there is no material, and nothing is visible if the material has no volume."""
+    tree = compat.node_tree(material) if material is not None else None
+    output = tree.get_output_node("CYCLES") if tree is not None else None
+    if material is not None and output is not None and output.inputs["Volume"].is_linked:
+        return export(context, material)
+    key = -1 if material is None else -2
+    if key not in context.materials:
+        graph = ajar.NodeGraph()
+        node = graph.add_node("ShaderNodeVolumePrincipled", "Principled Volume")
+        graph.add_input(node, "Density", (1.0 if material is None else 0.0, 0.0, 0.0, 0.0))
+        graph.add_property(node, "Density Attribute", text="density")
+        graph.volume = ajar.NodeLink(node, "Volume")
+        context.materials[key] = context.description.add_material(name="Default Volume" if material is None else "No Volume", graph=graph)
+    return context.materials[key]
+
+
 def _default(context: ExportContext) -> int:
     """The default material: grey diffuse, and since Blender 5.0 a Principled BSDF with default values."""
     if not compat.default_is_principled():

@@ -33,6 +33,7 @@ class Geometry:
     materials: list[bpy.types.Material | None]
     look: dict                              # arguments of SceneDescription.add_object other than mesh, materials and properties
     index: int = -1
+    is_volume: bool = False
     is_hair: bool = False                   # the particle hair of the owner instead of its surface
     from_instancer: dict[str, named_values.Value] = field(default_factory=dict)   # properties that materials use
     # Indices in the description:
@@ -231,16 +232,17 @@ def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.typ
         return False
     if not context.view_layer.use_solid and isinstance(thing.data, bpy.types.Mesh):
         return False
-    # Curves, texts and metaballs are in the graph a second time, as instances of their evaluated mesh.
     if isinstance(thing.data, bpy.types.Volume):
         return context.view_layer.use_volumes
+    # Curves, texts and metaballs are in the graph a second time, as instances of their evaluated mesh.
     return isinstance(thing.data, (bpy.types.Mesh, bpy.types.Curves))
 
 
 def _geometry(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object, parent: bpy.types.Object | None,
               index: int) -> Geometry:
     is_own = owner.data is not None and owner.data.as_pointer() == thing.data.as_pointer()
-    return Geometry(owner, thing.data, is_own, _materials(context, thing), _look(context, owner, parent), index)
+    return Geometry(owner, thing.data, is_own, _materials(context, thing), _look(context, owner, parent), index,
+                    is_volume=isinstance(thing.data, bpy.types.Volume))
 
 
 def _materials(context: ExportContext, thing: bpy.types.Object) -> list[bpy.types.Material | None]:
@@ -286,7 +288,7 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
     """Export every mesh once. Materials are exported first, since they define the needed attributes."""
     for geometry in collected.order:
         context.user = geometry.owner.name
-        geometry.material_indices = [materials.export(context, material) for material in geometry.materials]
+        geometry.material_indices = _material_indices(context, geometry, geometry.materials)
     collected.asked = _asked(context)
     numbers: dict[tuple[int, int], tuple[int, ajar.MeshDescription | None]] = {}
     for number, geometry in enumerate(collected.order):
@@ -296,6 +298,12 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
         if key not in numbers:
             numbers[key] = _export_mesh(context, geometry)
         geometry.mesh_index, geometry.shared = numbers[key]
+
+
+def _material_indices(context: ExportContext, geometry: Geometry, found: list[bpy.types.Material | None]) -> list[int]:
+    if geometry.is_volume:
+        return [materials.export_of_volume(context, material) for material in found or [None]]
+    return [materials.export(context, material) for material in found]
 
 
 def _asked(context: ExportContext) -> tuple:
@@ -357,8 +365,8 @@ def _revise(context: ExportContext, collected: Collected, changed: list[bpy.type
         lights.export(context, thing.data, thing.name, lamp.rows, lamp.visibility, context.light_importance(thing))
     for geometry in collected.order:
         context.user = geometry.owner.name
-        geometry.material_indices = [materials.export(context, material.evaluated_get(depsgraph) if material is not None else None)
-                                     for material in geometry.materials]
+        geometry.material_indices = _material_indices(context, geometry, [material.evaluated_get(depsgraph) if material is not None else None
+                                                                          for material in geometry.materials])
     if _asked(context) != collected.asked:
         raise OutOfDate
     numbers: dict[int, int] = {}

@@ -134,3 +134,23 @@ def test_the_names_of_a_principled_volume_are_sent(graph_of, build):
     tree.links.new(node.outputs[0], output.inputs["Volume"])
     sent = next(node for node in graph_of(material).nodes if node.type == "ShaderNodeVolumePrincipled")
     assert {item.name: item.text for item in sent.properties}["Density Attribute"] == "smoke"
+
+
+def test_a_volume_without_material_is_a_principled_volume_and_one_without_volume_shader_is_invisible(cloud, export, build):
+    thing = cloud(a_grid(np.ones((2, 2, 2), dtype=np.float32)))
+    surface = thing.data.materials[0]
+    tree = surface.node_tree
+    tree.links.new(tree.nodes.new("ShaderNodeBsdfDiffuse").outputs[0], tree.nodes[0].inputs["Surface"])
+
+    def graph():
+        description = export()
+        index, = description.objects[0].materials
+        return description.materials[index].graph
+
+    invisible = graph()
+    assert invisible.surface.node < 0 <= invisible.volume.node
+    assert [item.value[0] for item in invisible.nodes[0].inputs if item.socket == "Density"] == [0.0]
+    thing.data.materials.clear()
+    default = graph()
+    assert default.surface.node < 0 <= default.volume.node
+    assert [item.value[0] for item in default.nodes[0].inputs if item.socket == "Density"] == [1.0]
