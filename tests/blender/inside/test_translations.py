@@ -75,7 +75,8 @@ def shown_arguments() -> Iterator[tuple[Path, ast.expr]]:
             number = 1
         if number is not None and len(call.args) > number:
             yield path, call.args[number]
-        yield from ((path, word.value) for word in call.keywords if word.arg in KEYWORDS)
+        if name != "add_property":   # a text in a graph of shader nodes is data
+            yield from ((path, word.value) for word in call.keywords if word.arg in KEYWORDS)
 
 
 def choices(node: ast.expr) -> list[ast.expr]:
