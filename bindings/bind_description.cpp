@@ -313,6 +313,7 @@ void bind_enums(py::module_& module) {
       .value("Microfacet", BumpTerminator::Microfacet, "Shadowing by GGX, as in Blender since 4.5.");
   module.attr("UNDEFORMED_POSITION") = kUndeformedPosition;
   module.attr("RANDOM_PER_ISLAND") = kRandomPerIsland;
+  module.attr("FLAT_FACES") = kFlatFaces;
   module.attr("POINTINESS") = kPointiness;
   module.attr("TANGENT_OF") = kTangentOf;
   module.attr("VISIBLE_CAMERA") = int(kVisibleCamera);
@@ -685,11 +686,13 @@ void bind_description(py::module_& module) {
            "magenta.")
       .def(
           "add_material",
-          [](SceneDescription& description, std::string name, const NodeGraph& graph, int pass_index) {
-            description.materials.push_back({std::move(name), graph, pass_index});
+          [](SceneDescription& description, std::string name, const NodeGraph& graph, int pass_index,
+             DisplacementMethod displacement_method) {
+            description.materials.push_back({std::move(name), graph, pass_index, displacement_method});
             return index_of_last(description.materials.size());
           },
           py::kw_only(), py::arg("name"), py::arg("graph"), py::arg("pass_index") = 0,
+          py::arg("displacement_method") = DisplacementMethod::Bump,
           "Add a material and return its index. The graph is copied. Links are checked when the scene is built.")
       .def(
           "add_light",

@@ -79,8 +79,8 @@ for _i, _default in enumerate(POLYNOMIAL):
 class AjarMaterialSettings(bpy.types.PropertyGroup):
     displacement_method: inherited.enum(
         "displacement_method", "Displacement", "What the displacement of the material does", "BUMP", "displacement_method",
-        [("BUMP", "Bump Only", "Changes the shading normal", 0), ("DISPLACEMENT", "Displacement Only", "Moves the surface. Shown as bump", 1),
-         ("BOTH", "Displacement and Bump", "Moves the surface. Shown as bump", 2)])
+        [("BUMP", "Bump Only", "Changes the shading normal", 0), ("DISPLACEMENT", "Displacement Only", "Moves the surface", 1),
+         ("BOTH", "Displacement and Bump", "Moves the surface and changes the shading normal", 2)])
 
 
 GROUPS = {"Object": AjarObjectSettings, "Light": AjarLightSettings, "World": AjarWorldSettings, "Camera": AjarCameraSettings, "Material": AjarMaterialSettings}

@@ -747,6 +747,70 @@ def _(stage):
     stage.ball.scale = (-1, 0.7, 1.2)
 
 
+def displaced(name: str, what: str, method: str = "DISPLACEMENT", node_type: str = "ShaderNodeDisplacement", smooth: Callable | None = None,
+              more: Callable | None = None, **properties) -> None:
+    """The ball, with 24,000 triangles, that a noise moves. `smooth` tells which faces are smooth; `more` changes the scene."""
+    def change(stage):
+        stage.sun()
+        ball = stage.ball
+        node = stage.on_ball(tools.diffuse("Moved", GREY))
+        tree, output = node.id_data, next(n for n in node.id_data.nodes if n.type == "OUTPUT_MATERIAL")
+        noise = tree.nodes.new("ShaderNodeTexNoise")
+        noise.inputs["Scale"].default_value = 3.0
+        tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Object"], noise.inputs["Vector"])
+        moved = tree.nodes.new(node_type)
+        for key, value in properties.items():
+            setattr(moved, key, value)
+        is_vector = node_type == "ShaderNodeVectorDisplacement"
+        moved.inputs["Midlevel"].default_value, moved.inputs["Scale"].default_value = 0.5, 0.5
+        tree.links.new(noise.outputs["Color" if is_vector else "Fac"], moved.inputs["Vector" if is_vector else "Height"])
+        tree.links.new(moved.outputs[0], output.inputs["Displacement"])
+        ball.active_material.cycles.displacement_method = method
+        finer = ball.modifiers.new("Finer", "SUBSURF")
+        finer.subdivision_type, finer.levels, finer.render_levels = "SIMPLE", 2, 2
+        if smooth is not None:
+            faces = ball.data.polygons
+            faces.foreach_set("use_smooth", [smooth(i) for i in range(len(faces))])
+        if more is not None:
+            more(stage, tree)
+    add("displacement", name, what, change)
+
+
+def squeezed(stage: Stage, _tree: bpy.types.NodeTree) -> None:
+    stage.ball.scale, stage.ball.rotation_euler = (1.2, 0.8, 0.7), (0.3, 0.2, 0.5)
+
+
+def shown_twice(stage: Stage, _tree: bpy.types.NodeTree) -> None:
+    other = stage.ball.copy()   # shares the mesh
+    stage.scene.collection.objects.link(other)
+    other.location, other.scale = (0.7, -0.2, 1.3), (0.5, 0.5, 0.5)
+
+
+def coloured(output: str) -> Callable:
+    def change(_stage: Stage, tree: bpy.types.NodeTree) -> None:
+        node = tree.nodes.new("ShaderNodeTexCoord" if output == "Generated" else "ShaderNodeNewGeometry")
+        separate = tree.nodes.new("ShaderNodeVectorMath")
+        separate.operation = "ABSOLUTE"
+        tree.links.new(node.outputs[output], separate.inputs[0])
+        tree.links.new(separate.outputs[0], next(n for n in tree.nodes if n.type == "BSDF_DIFFUSE").inputs["Color"])
+    return change
+
+
+displaced("displacement", "a smooth ball that a noise moves")
+displaced("displacement_both", "the same, with bump", "BOTH")
+displaced("displacement_flat", "a flat-shaded ball that a noise moves", smooth=lambda face: False)
+displaced("displacement_both_flat", "the same, with bump", "BOTH", smooth=lambda face: False)
+displaced("displacement_mixed", "a ball with smooth and flat faces that a noise moves", smooth=lambda face: face % 4 < 2)
+displaced("displacement_world", "displacement in world space, of a turned and squeezed ball", more=squeezed, space="WORLD")
+displaced("displacement_object", "displacement in object space, of a turned and squeezed ball", more=squeezed, space="OBJECT")
+displaced("displacement_shared", "two balls with one mesh that a noise moves", more=shown_twice)
+displaced("displacement_shared_both", "the same, with bump", "BOTH", more=shown_twice)
+displaced("displacement_vector", "a vector displacement in object space", node_type="ShaderNodeVectorDisplacement", space="OBJECT", more=squeezed)
+displaced("displacement_tangent", "a vector displacement in tangent space, with bump", "BOTH", node_type="ShaderNodeVectorDisplacement", space="TANGENT")
+displaced("displacement_generated", "Generated coordinates of a displaced ball", more=coloured("Generated"))
+displaced("displacement_position", "positions on a displaced ball, with bump", "BOTH", more=coloured("Position"))
+
+
 @feature("geometry", "ray_visibility", "a ball that diffuse rays and shadows do not see")
 def _(stage):
     stage.sun()

@@ -13,7 +13,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'G'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'H'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -191,6 +191,7 @@ void fields(A& a, NodeGraph& v) {
 template <class A>
 void fields(A& a, MaterialDescription& v) {
   all(a, v.name, v.graph, v.pass_index);
+  if (a.has('H')) all(a, v.displacement_method);
 }
 template <class A>
 void fields(A& a, ImageTile& v) {
@@ -330,6 +331,8 @@ void check_enums(const SceneDescription& d) {
     check_enum(mesh.strand_shape, StrandShape::Round);
     for (const Attribute& attribute : mesh.attributes) check_enum(attribute.domain, Domain::Face);
   }
+  for (const MaterialDescription& material : d.materials)
+    check_enum(material.displacement_method, DisplacementMethod::Both);
   for (const ImageDescription& image : d.images) check_enum(image.alpha_mode, AlphaMode::AlwaysPremultiplied);
   for (const LightDescription& light : d.lights) {
     check_enum(light.kind, LightKind::Area);

@@ -54,10 +54,18 @@ struct NodeGraph {
   bool empty() const { return nodes.empty(); }
 };
 
+/// What the displacement of a material does.
+enum class DisplacementMethod : uint8_t {
+  Bump,          ///< bends the shading normals
+  Displacement,  ///< moves the vertices
+  Both           ///< moves the vertices, and bends the normals that the surface had before
+};
+
 struct MaterialDescription {
   std::string name;
   NodeGraph graph;
   int pass_index = 0;
+  DisplacementMethod displacement_method = DisplacementMethod::Bump;
 };
 
 /// How the colours and the alpha of an image are related. With the first two, an image file decides by itself whether
@@ -128,6 +136,10 @@ struct VolumeGrid {
 /// Name of the vertex attribute (3 components) that holds the positions before modifiers moved the vertices. Generated
 /// coordinates follow it; without it, they follow the positions.
 inline constexpr const char* kUndeformedPosition = ".undeformed_position";
+
+/// Name of the face attribute (1 component) that is not 0 for the flat faces of a mesh with normals of corners. They stay
+/// flat when a displacement moves their vertices.
+inline constexpr const char* kFlatFaces = ".flat_faces";
 
 enum class StrandShape : uint8_t {
   Ribbon,  ///< flat, faces each ray, shaded as if it were round

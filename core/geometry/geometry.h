@@ -12,6 +12,11 @@
 
 namespace ajar {
 
+/// A surface before its displacement, in the space of the displaced positions; see BuiltMesh for the fields.
+struct Undisplaced {
+  std::vector<Vec3> positions, normals;
+};
+
 /// A triangle mesh, or strands, shared by its instances. If only one instance uses it, its positions and normals can be
 /// in world space (`baked`), which saves Embree an instance.
 struct BuiltMesh {
@@ -25,7 +30,10 @@ struct BuiltMesh {
   int active_uv = -1;            ///< index into attributes
   int undeformed_position = -1;  ///< index into attributes
   Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};
-  bool baked = false;  ///< positions are in world space
+  bool baked = false;      ///< positions are in world space
+  bool displaced = false;  ///< vertices were moved by the materials (scene/displace.h)
+  /// Null: no material bends the normals of the surface before the displacement.
+  std::shared_ptr<const Undisplaced> undisplaced;
   /// Null: triangles. Otherwise there are neither positions nor normals, and slots are per segment.
   std::shared_ptr<const Strands> strands;
   std::vector<VoxelGrid> grids;                   ///< of the volume inside; in object space, also if the mesh is baked

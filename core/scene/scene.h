@@ -187,6 +187,7 @@ class Scene {
     std::string owner;
     NodeGraph graph;
     int material_pass_index;
+    DisplacementMethod displacement_method;
     std::array<float, 12> world_from_lamp;  ///< for lamps
   };
   class Builder;

@@ -9,6 +9,7 @@
 #include "description/validate.h"
 #include "math/random.h"
 #include "scene/accel.h"
+#include "scene/displace.h"
 #include "shading/images/color_spaces.h"
 
 namespace ajar {
@@ -115,7 +116,7 @@ void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, c
                                                             : world_program_;
   program = ShaderProgram::compile(graph, owner, *textures_, diagnostics, context);
   if (sees_camera)
-    camera_shaders_.push_back({of, index, owner, graph, context.material_pass_index,
+    camera_shaders_.push_back({of, index, owner, graph, context.material_pass_index, context.displacement_method,
                                context.world_from_lamp ? *context.world_from_lamp : std::array<float, 12>{}});
 }
 
@@ -154,6 +155,7 @@ void Scene::compile_materials(const SceneDescription& d, const std::vector<int>&
       ++statistics_.compiled_programs;
       const size_t seeing_camera = camera_shaders_.size();
       context.material_pass_index = material.pass_index;
+      context.displacement_method = material.displacement_method;
       context.user = d.objects[size_t(shown_by[i])].name;
       compile(CameraShader::Of::Material, i, material.graph, material.name, context, material_diagnostics_[i]);
       if (camera_shaders_.size() == seeing_camera) material_fingerprints_[i] = number;
@@ -184,6 +186,7 @@ void Scene::change_view(const CameraDescription& camera, RenderSettings settings
   Diagnostics repeated;  // the build has reported these
   for (const CameraShader& shader : std::exchange(camera_shaders_, {})) {
     context.material_pass_index = shader.material_pass_index;
+    context.displacement_method = shader.displacement_method;
     context.world_from_lamp = shader.of == CameraShader::Of::Lamp ? &shader.world_from_lamp : nullptr;
     compile(shader.of, shader.index, shader.graph, shader.owner, context, repeated);
   }
@@ -211,6 +214,7 @@ class Scene::Builder {
     add_instances();
     step("Compiling shaders", 0.3f);
     compile_shaders();
+    displace_meshes();
     step("Building the ray tracing structure", 0.5f);
     build_structure();
     step("Gathering lights", 0.9f);
@@ -232,6 +236,7 @@ class Scene::Builder {
   void add_motion(const InstanceDescription& in, BuiltInstance& instance);
   void compile_shaders();
   void compile_world(const ShaderContext& context);
+  void displace_meshes();
   void build_structure();
   void gather_lights();
 
@@ -255,7 +260,7 @@ void Scene::Builder::find_kept_meshes() {
   std::map<const MeshDescription*, BuiltMesh*> at_hand;
   if (previous_) {
     for (BuiltMesh& mesh : previous_->meshes_)
-      if (mesh.source && !mesh.baked) at_hand[mesh.source.get()] = &mesh;
+      if (mesh.source && !mesh.baked && !mesh.displaced) at_hand[mesh.source.get()] = &mesh;
   }
   for (size_t i = 0; i < d_.meshes.size(); ++i) {
     const auto source = d_.meshes[i].shared;
@@ -419,6 +424,30 @@ void Scene::Builder::compile_world(const ShaderContext& context) {
                                "its volume varies from place to place; it is rendered as in the centre of the scene"});
 }
 
+/// Each mesh by the materials of the first instance that shows it, as in Cycles.
+void Scene::Builder::displace_meshes() {
+  s_.objects_ = std::move(d_.objects);
+  std::vector<bool> seen(s_.meshes_.size(), false);
+  for (const BuiltInstance& instance : s_.instances_) {
+    if (seen[instance.mesh]) continue;
+    seen[instance.mesh] = true;
+    BuiltMesh& mesh = s_.meshes_[instance.mesh];
+    const std::span<const uint32_t> materials = s_.materials_of(instance);
+    if (mesh.empty() || mesh.strands ||
+        std::none_of(materials.begin(), materials.end(), [&](uint32_t m) { return s_.programs_[m].displaces(); }))
+      continue;
+    step("Displacing meshes", 0.4f);
+    const ObjectDescription& object = s_.objects_[instance.object];
+    s_.statistics_.geometry_bytes -= mesh.memory_bytes();
+    const size_t broken = displace(mesh, instance, object, materials, s_.programs_, options_.stop);
+    s_.statistics_.geometry_bytes += mesh.memory_bytes();
+    if (broken > 0)
+      report_once(diagnostics_, {Diagnostic::Severity::Warning, object.name,
+                                 "its displacement is not a finite number at " + std::to_string(broken) +
+                                     " vertices, which stay where they are"});
+  }
+}
+
 void Scene::Builder::build_structure() {
   s_.accel_ = std::make_unique<Accel>(s_.meshes_, s_.instances_, options_.stop,
                                       previous_ ? previous_->accel_.get() : nullptr,
@@ -433,7 +462,6 @@ void Scene::Builder::build_structure() {
 }
 
 void Scene::Builder::gather_lights() {
-  s_.objects_ = std::move(d_.objects);
   s_.lights_ = LightSet({d_, s_.objects_, s_.meshes_, s_.instances_, s_.material_table_, s_.programs_,
                          s_.lamp_programs_, s_.world_program_, s_.center_, s_.radius_, s_.has_media_,
                          previous_ && s_.shows_the_world_of(*previous_) ? &previous_->lights_ : nullptr},

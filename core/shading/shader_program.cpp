@@ -21,10 +21,13 @@ struct ShaderProgram::Data {
   std::vector<Closure> thin_walls;  // those of `scattering` through which light may pass straight
   std::vector<VolumeClosure> volumes;
   std::vector<Instruction> code, emission_code, transparency_code, volume_code;
+  std::vector<Instruction> displacement_code, undisplaced_code;
   ProgramTables tables;
   bool reflective_caustics = true, refractive_caustics = true;
   BumpTerminator bump_terminator = BumpTerminator::Cubic;
-  Operand displaced_normal = kNoOperand;  // normal of the displaced surface; kNoOperand: the smooth normal is used
+  Operand displacement = kNoOperand;        // vector by which vertices move, from displacement_code
+  Operand undisplaced_normal = kNoOperand;  // normal from undisplaced_code, which runs on the surface before it moved
+  Operand displaced_normal = kNoOperand;    // normal of the displaced surface; kNoOperand: the smooth normal is used
 
   bool plain_diffuse = false;  // the only scattering closure is a Lambert closure with the surface's own normal
   bool may_be_transparent = false, depends_on_view = false, subsurface_has_normal = false;
@@ -42,6 +45,15 @@ struct ShaderProgram::Data {
   /// Selects the code of each kind of evaluation from the whole program, and assigns the registers.
   void divide_code(const std::vector<Instruction>& all, int value_count);
   void shade(const ShadingPoint& point, float* registers, SurfaceShading& out) const;
+  /// Calls `evaluate` with the point, whose smooth normal is bent first if the material moves and bends the surface.
+  template <class Evaluate>
+  [[gnu::always_inline]] auto with_bent_normal(const ShadingPoint& point, const Evaluate& evaluate) const {
+    if (undisplaced_normal == kNoOperand) [[likely]]
+      return evaluate(point);
+    const ShadingPoint bent = bend_normal(point);
+    return evaluate(bent);
+  }
+  [[gnu::noinline]] ShadingPoint bend_normal(const ShadingPoint& point) const;
 };
 
 namespace {
@@ -136,6 +148,8 @@ void ShaderProgram::Data::divide_code(const std::vector<Instruction>& all, int v
   emission_code = needed_code(all, value_count, operands_of({&emission}));
   transparency_code = needed_code(all, value_count, operands_of({&transparency, &thin_walls}));
   volume_code = needed_code(all, value_count, of_volumes);
+  displacement_code = needed_code(all, value_count, {displacement});
+  undisplaced_code = needed_code(all, value_count, {undisplaced_normal});
   sky_discs = find_sky_discs(emission_code, tables);
 
   // A point is shaded either as a surface or as a volume.
@@ -147,6 +161,12 @@ void ShaderProgram::Data::divide_code(const std::vector<Instruction>& all, int v
   const RegisterAllocation on_surface = assign(code, of_surface), inside = assign(volume_code, of_volumes);
   for (std::vector<Instruction>* part : {&code, &emission_code, &transparency_code}) on_surface.apply(*part);
   inside.apply(volume_code);
+  for (const auto& [part, result] :
+       {std::pair(&displacement_code, &displacement), std::pair(&undisplaced_code, &undisplaced_normal)}) {
+    const RegisterAllocation alone = assign(*part, {*result});
+    alone.apply(*part);
+    *result = alone(*result);
+  }
   for (Closures* list : {&scattering, &emission, &transparency, &holdout, &thin_walls})
     assign_registers(on_surface, *list);
   displaced_normal = on_surface(displaced_normal);
@@ -162,7 +182,15 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.refractive_caustics = context.refractive_caustics;
   data.bump_terminator = context.bump_terminator;
   ProgramBuilder builder(node_catalog(), graph, owner, textures, diagnostics, context);
-  nodes::add_displacement(builder);
+  if (context.displacement_method != DisplacementMethod::Bump)
+    data.displacement = nodes::displacement_vector(builder).at;
+  if (context.displacement_method != DisplacementMethod::Displacement) {
+    const Value smooth = builder.surface_normal(), bent = nodes::displaced_normal(builder);
+    if (bent.at != smooth.at && context.displacement_method == DisplacementMethod::Bump)
+      builder.set_displaced_normal(bent);
+    else if (bent.at != smooth.at)
+      data.undisplaced_normal = bent.at;
+  }
   for (Closure& closure : nodes::flatten_closures(builder)) {
     const bool emits = closure.kind == ClosureKind::Emission || closure.kind == ClosureKind::CoatedEmission;
     Closures& list = emits                                      ? data.emission
@@ -175,8 +203,8 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.has_volume = graph.volume.node >= 0;
   data.volumes = flatten_volumes(builder);
   if (!data.scattering.empty()) data.displaced_normal = builder.displaced_normal();
-  data.keeps_normal = data.displaced_normal != kNoOperand &&
-                      builder.number(graph.displacement.node, "keeps_normal") != 0.0f;
+  const bool bends_normal = data.displaced_normal != kNoOperand || data.undisplaced_normal != kNoOperand;
+  data.keeps_normal = bends_normal && builder.number(graph.displacement.node, "keeps_normal") != 0.0f;
   std::copy_if(data.scattering.begin(), data.scattering.end(), std::back_inserter(data.thin_walls), is_thin_wall);
   data.tables = std::move(builder.tables);
   data.divide_code(builder.code, builder.register_count());
@@ -190,17 +218,42 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
     for (const Op op : {Op::Incoming, Op::ObjectIncoming, Op::Backfacing, Op::Fresnel, Op::LayerWeight, Op::Reflection,
                         Op::ShadingNormal, Op::TrueNormal, Op::Bump, Op::Bevel, Op::Raycast})
       data.depends_on_view |= i.op == op;
+  data.depends_on_view |= !data.undisplaced_code.empty();
   for (const Closure& closure : data.scattering) {
     data.depends_on_view |= closure.normal != kNoOperand || closure.coat_normal != kNoOperand ||
                             (closure.kind == ClosureKind::Principled && closure.inputs.version >= 2);
-    data.subsurface_has_normal |= has_walk(closure) &&
-                                  (closure.normal != kNoOperand || data.displaced_normal != kNoOperand);
+    data.subsurface_has_normal |= has_walk(closure) && (closure.normal != kNoOperand || bends_normal);
   }
   return program;
 }
 
 void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& out) const {
-  with_registers(data_->register_count, [&](float* registers) { data_->shade(point, registers, out); });
+  data_->with_bent_normal(point, [&](const ShadingPoint& bent) {
+    with_registers(data_->register_count, [&](float* registers) { data_->shade(bent, registers, out); });
+  });
+}
+
+ShadingPoint ShaderProgram::Data::bend_normal(const ShadingPoint& point) const {
+  ShadingPoint bent = point;
+  with_registers(register_count, [&](float* registers) {
+    run(undisplaced_code.data(), undisplaced_code.size(), tables, nodes::undisplaced(point), registers);
+    bent.ns = load3(operand(undisplaced_normal, registers, tables.constants.data()));
+  });
+  return bent;
+}
+
+bool ShaderProgram::displaces() const { return data_->displacement != kNoOperand; }
+bool ShaderProgram::bends_undisplaced_normal() const { return data_->undisplaced_normal != kNoOperand; }
+
+Vec3 ShaderProgram::displacement(const ShadingPoint& point) const {
+  const Data& d = *data_;
+  Vec3 moved(0.0f);
+  if (d.displacement == kNoOperand) return moved;
+  with_registers(d.register_count, [&](float* registers) {
+    run(d.displacement_code.data(), d.displacement_code.size(), d.tables, point, registers);
+    moved = load3(operand(d.displacement, registers, d.tables.constants.data()));
+  });
+  return moved;
 }
 
 void ShaderProgram::Data::shade(const ShadingPoint& point, float* registers, SurfaceShading& out) const {
@@ -240,8 +293,10 @@ Color ShaderProgram::evaluate_emission(const ShadingPoint& point) const {
   if (d.emission.empty()) return Color(0.0f);
   return with_registers(
       d.register_count, [&](float* registers) __attribute__((always_inline)) {
-        run(d.emission_code.data(), d.emission_code.size(), d.tables, point, registers);
-        return sum(d.emission, {point, registers, d.tables.constants.data()});
+        return d.with_bent_normal(point, [&](const ShadingPoint& bent) {
+          run(d.emission_code.data(), d.emission_code.size(), d.tables, bent, registers);
+          return sum(d.emission, {bent, registers, d.tables.constants.data()});
+        });
       });
 }
 
@@ -250,10 +305,12 @@ Color ShaderProgram::evaluate_transparency(const ShadingPoint& point) const {
   if (!d.may_be_transparent) return Color(0.0f);
   return with_registers(
       d.register_count, [&](float* registers) __attribute__((always_inline)) {
-        run(d.transparency_code.data(), d.transparency_code.size(), d.tables, point, registers);
-        const Values values{point, registers, d.tables.constants.data()};
-        const Color total = sum(d.transparency, values);
-        return d.thin_walls.empty() ? total : total + d.through_thin_walls(values);
+        return d.with_bent_normal(point, [&](const ShadingPoint& bent) {
+          run(d.transparency_code.data(), d.transparency_code.size(), d.tables, bent, registers);
+          const Values values{bent, registers, d.tables.constants.data()};
+          const Color total = sum(d.transparency, values);
+          return d.thin_walls.empty() ? total : total + d.through_thin_walls(values);
+        });
       });
 }
 
@@ -266,7 +323,7 @@ void ShaderProgram::add_medium(const ShadingPoint& point, MediumPoint& medium) c
   });
 }
 
-bool ShaderProgram::is_constant() const { return data_->code.empty(); }
+bool ShaderProgram::is_constant() const { return data_->code.empty() && data_->undisplaced_code.empty(); }
 bool ShaderProgram::emits() const { return !data_->emission.empty(); }
 bool ShaderProgram::emission_is_constant() const {
   return data_->emission_code.empty() && !data_->has_coated_emission();

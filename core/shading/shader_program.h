@@ -59,6 +59,11 @@ class ShaderProgram {
   /// Adds the contribution of the volume to the medium at `point`, whose `primitive` is kInsideVolume.
   void add_medium(const ShadingPoint& point, MediumPoint& medium) const;
 
+  /// The vector in world space by which the vertex at `point` moves, without a check that it is finite.
+  Vec3 displacement(const ShadingPoint& point) const;
+  bool displaces() const;                 ///< vertices move
+  bool bends_undisplaced_normal() const;  ///< and the normals of the surface before that are bent (see displace.h)
+
   bool is_constant() const;  ///< no instruction is executed at a hit
   bool emits() const;        ///< the emission can be non-zero
   bool emission_is_constant() const;

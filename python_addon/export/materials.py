@@ -12,6 +12,9 @@ from .context import ExportContext
 NO_MATERIAL = -1  # the core's default grey
 
 
+_DISPLACEMENT_METHODS = {"BUMP": ajar.DisplacementMethod.Bump, "DISPLACEMENT": ajar.DisplacementMethod.Displacement, "BOTH": ajar.DisplacementMethod.Both}
+
+
 def export(context: ExportContext, material: bpy.types.Material | None) -> int:
     """Index of the material."""
     if material is None:
@@ -22,15 +25,14 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
         tree = compat.node_tree(material)
         if tree is not None:
             graph = node_graph.export(context, tree, material, material.name)
-            if graph.displacement.node >= 0 and plain.of(compat.displacement_owner(material)).displacement_method != "BUMP":
-                context.warn(material.name, "its displacement is shown as bump; the surface itself is not moved yet")
             # An output without links neither reflects nor emits. With a volume only, the surface is invisible.
             if graph.surface.node < 0 and graph.volume.node < 0:
                 _diffuse(graph, (0.0, 0.0, 0.0, 1.0))
         else:
             graph = ajar.NodeGraph()
             _diffuse(graph, tuple(material.diffuse_color))
-        context.materials[key] = context.description.add_material(name=material.name, graph=graph, pass_index=material.pass_index)
+        context.materials[key] = context.description.add_material(name=material.name, graph=graph, pass_index=material.pass_index,
+                                                                        displacement_method=_DISPLACEMENT_METHODS[plain.of(compat.displacement_owner(material)).displacement_method])
     return context.materials[key]
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from .. import compat
+from .. import compat, plain
 from ..ajar_module import ajar
 from .context import ExportContext
 
@@ -41,6 +41,8 @@ def arrays(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified:
     attributes = _uv_maps(mesh, loops) + _colors(mesh, loops, polygons) + _requested(context, mesh, loops, polygons)
     attributes += _analysed(context, mesh, positions, triangles)
     attributes += _tangents(context, mesh, positions, triangles, (normal_domain, normals), loops)
+    if normals is not None and normal_domain == ajar.Domain.Corner and materials_move_vertices(mesh):
+        attributes.append((ajar.FLAT_FACES, ajar.Domain.Face, (~_smooth(mesh))[polygons].astype(np.float32).reshape(-1, 1)))
     if is_modified and context.uses_generated:
         attributes += _undeformed(mesh, positions)
     context.check_cancelled()
@@ -61,7 +63,7 @@ def _read(collection: bpy.types.bpy_prop_collection, name: str, columns: int, ki
 def _normals(mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray, loops: np.ndarray,
              polygons: np.ndarray) -> tuple[ajar.Domain, np.ndarray | None]:
     """Shading normals: none if all faces are flat, per vertex if all are smooth, otherwise per corner."""
-    smooth = compat.polygon_smooth(mesh) | compat.has_custom_normals(mesh)
+    smooth = _smooth(mesh)
     if not smooth.any():
         return ajar.Domain.Corner, None
     split = compat.has_split_normals(mesh)
@@ -76,6 +78,15 @@ def _normals(mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray,
         # The normal of the triangle, not of its polygon, since polygons need not be planar.
         corners[flat] = _triangle_normals(positions, triangles[flat])[:, None, :]
     return ajar.Domain.Corner, corners.reshape(-1, 3)
+
+
+def _smooth(mesh: bpy.types.Mesh) -> np.ndarray:
+    """Whether each polygon is shaded smooth."""
+    return compat.polygon_smooth(mesh) | compat.has_custom_normals(mesh)
+
+
+def materials_move_vertices(mesh: bpy.types.Mesh) -> bool:
+    return any(material is not None and plain.of(compat.displacement_owner(material)).displacement_method != "BUMP" for material in mesh.materials)
 
 
 def _triangle_normals(positions: np.ndarray, triangles: np.ndarray) -> np.ndarray:

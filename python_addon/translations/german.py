@@ -408,7 +408,8 @@ TEXTS = {
     "Bump Only": "Nur Bump",
     "Changes the shading normal": "Ändert die Normale der Schattierung",
     "Displacement Only": "Nur Verschiebung",
-    "Moves the surface. Shown as bump": "Bewegt die Oberfläche. Wird als Bump dargestellt",
+    "Moves the surface": "Bewegt die Oberfläche",
+    "Moves the surface and changes the shading normal": "Bewegt die Oberfläche und ändert die Normale der Schattierung",
     "Displacement and Bump": "Verschiebung und Bump",
     "No output node": "Kein Ausgabeknoten",
     "Temperature": "Temperatur",
@@ -566,7 +567,6 @@ TEXTS = {
     "it has unsaved changes: the files of its tiles are used": "es hat ungespeicherte Änderungen: die Dateien seiner Kacheln werden verwendet",
     "it is invisible to some rays ({kinds}), but where it is sampled directly, it illuminates surfaces that scatter such rays":
         "es ist für manche Strahlen ({kinds}) unsichtbar, beleuchtet aber, wo es direkt abgetastet wird, Oberflächen, die solche Strahlen streuen",
-    "its displacement is shown as bump; the surface itself is not moved yet": "seine Verschiebung wird als Bump dargestellt; die Oberfläche selbst wird noch nicht bewegt",
     "node group \"{group}\" contains itself: it is left out inside itself (object \"{thing}\")":
         "die Knotengruppe „{group}“ enthält sich selbst: in sich selbst wird sie weggelassen (Objekt „{thing}“)",
     "node group \"{group}\" has lost its tree": "die Knotengruppe „{group}“ hat ihren Knotenbaum verloren",

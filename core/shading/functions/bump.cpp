@@ -39,6 +39,41 @@ ShadingPoint shifted(const ShadingPoint& point, Vec3 offset) {
   return moved;
 }
 
+ShadingPoint undisplaced(const ShadingPoint& point) {
+  ShadingPoint original = point;
+  if (!point.mesh || !point.mesh->undisplaced) return original;
+  const BuiltMesh& mesh = *point.mesh;
+  const Undisplaced& surface = *mesh.undisplaced;
+  const UVec3 v = mesh.triangles[point.primitive];
+  const float b1 = point.barycentric.x, b2 = point.barycentric.y, b0 = 1.0f - b1 - b2;
+  const auto mean = [&](const Vec3& a, const Vec3& b, const Vec3& c) { return b0 * a + b1 * b + b2 * c; };
+  original.position = mean(surface.positions[v.x], surface.positions[v.y], surface.positions[v.z]);
+  original.dpdu = surface.positions[v.y] - surface.positions[v.x];
+  original.dpdv = surface.positions[v.z] - surface.positions[v.x];
+  const std::vector<Vec3>& n = surface.normals;
+  const size_t first = size_t(point.primitive) * 3;
+  original.ns = n.empty()                              ? Vec3(0.0f)
+                : mesh.normal_domain == Domain::Vertex ? mean(n[v.x], n[v.y], n[v.z])
+                                                       : mean(n[first], n[first + 1], n[first + 2]);
+  if (!mesh.baked) {
+    Mat4 moved, inverse;
+    const Mat4& world = world_from_object(*point.instance, point.time, moved);
+    original.position = transform_point(world, original.position);
+    original.dpdu = transform_vector(world, original.dpdu);
+    original.dpdv = transform_vector(world, original.dpdv);
+    original.ns = original.ns * Mat3(object_from_world(*point.instance, point.time, inverse));
+  }
+  const float side = point.backfacing ? -1.0f : 1.0f;
+  original.ng = normalize_or_zero(glm::cross(original.dpdu, original.dpdv)) *
+                (point.instance->flips_orientation ? -side : side);
+  if (original.ng == Vec3(0.0f)) original.ng = point.ng;
+  original.ns = normalize_or_zero(original.ns) * side;
+  if (original.ns == Vec3(0.0f)) original.ns = original.ng;
+  // Directions below this surface are not bent: the displaced surface decides which normals are safe.
+  if (!(glm::dot(original.wo, original.ng) > 0.0f)) original.wo = original.ng;
+  return original;
+}
+
 Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, const BumpHeights& heights, float strength,
           float distance, Vec3 normal) {
   const BumpOffsets offsets = bump_offsets(point, footprint);

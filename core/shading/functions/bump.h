@@ -37,6 +37,8 @@ ShadingPoint shifted(const ShadingPoint& point, Vec3 offset);
 struct BumpHeights {
   float here, x, y;
 };
+/// The point on the surface before its displacement (BuiltMesh::undisplaced).
+ShadingPoint undisplaced(const ShadingPoint& point);
 /// `normal`, tilted against the slope of the heights, with length 1.
 Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, const BumpHeights& heights, float strength,
           float distance, Vec3 normal);

@@ -65,20 +65,28 @@ constexpr NodeType kNodes[] = {
 
 std::span<const NodeType> displacement_nodes() { return kNodes; }
 
-void add_displacement(ProgramBuilder& b) {
+Value displacement_vector(ProgramBuilder& b) {
   const NodeLink& link = b.graph().displacement;
-  if (link.node < 0 || link.node >= int(b.graph().nodes.size())) return;
-  if (b.catalog().is_closure(b.node(link.node).type)) return;
+  if (link.node < 0 || link.node >= int(b.graph().nodes.size())) return {Closure, kNoOperand};
+  if (b.catalog().is_closure(b.node(link.node).type)) return {Closure, kNoOperand};
+  const Value moved = b.output(link.node, link.socket);
+  return moved.type == Closure ? Value{Closure, kNoOperand} : b.convert(moved, Vector);
+}
+
+Value displaced_normal(ProgramBuilder& b) {
+  const NodeLink& link = b.graph().displacement;
   const Value normal = b.surface_normal();
+  if (link.node < 0 || link.node >= int(b.graph().nodes.size())) return normal;
+  if (b.catalog().is_closure(b.node(link.node).type)) return normal;
   const auto height = [&] {
-    const Value moved = b.output(link.node, link.socket);
+    const Value moved = displacement_vector(b);
     if (moved.type == Closure) return b.constant(0.0f);
-    return b.emit(Op::VectorMathValue, Float, {b.convert(moved, Vector), normal}, int(VectorOperation::DotProduct));
+    return b.emit(Op::VectorMathValue, Float, {moved, normal}, int(VectorOperation::DotProduct));
   };
   b.set_filter_width(b.number(link.node, "filter_width", 1.0f));
   const bool keeps_normal = b.number(link.node, "keeps_normal") != 0.0f;
-  const Value one = b.constant(1.0f), displaced = b.bumped(height, one, one, normal, keeps_normal);
-  if (displaced.at != normal.at) b.set_displaced_normal(displaced);
+  const Value one = b.constant(1.0f);
+  return b.bumped(height, one, one, normal, keeps_normal);
 }
 
 }  // namespace ajar::nodes

@@ -14,8 +14,9 @@ struct ShaderContext {
   const CameraDescription* camera = nullptr;  ///< for camera and window coordinates, and the size of pixels
   int image_width = 0;                        ///< pixels of the full frame
   bool* sees_camera = nullptr;                ///< set to true if the program depends on the camera
-  const std::array<float, 12>* world_from_lamp = nullptr;       ///< only for the shader of a lamp
-  std::string user;                                             ///< an object that shows the material, for messages
+  const std::array<float, 12>* world_from_lamp = nullptr;  ///< only for the shader of a lamp
+  std::string user;                                        ///< an object that shows the material, for messages
+  DisplacementMethod displacement_method = DisplacementMethod::Bump;
   int material_pass_index = 0;                                  ///< value of Object Info > Material Index
   bool reflective_caustics = true, refractive_caustics = true;  ///< switches of RenderSettings
   const std::set<std::string>* grids = nullptr;                 ///< names of all grids in the scene

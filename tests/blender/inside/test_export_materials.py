@@ -341,7 +341,7 @@ def test_an_ies_node_without_a_source_exports_no_text(shader, graph_of):
 
 
 @pytest.mark.parametrize("method", ["BUMP", "DISPLACEMENT", "BOTH"])
-def test_displacement_of_the_surface_is_reported(shader, build, export_context, method):
+def test_the_method_of_displacement_is_exported(shader, build, export_context, method):
     displacement = shader.nodes.new("ShaderNodeDisplacement")
     shader.links.new(shader.nodes.new("ShaderNodeTexNoise").outputs["Fac"], displacement.inputs["Height"])
     shader.links.new(displacement.outputs[0], shader.nodes["Material Output"].inputs["Displacement"])
@@ -351,7 +351,8 @@ def test_displacement_of_the_surface_is_reported(shader, build, export_context, 
     build.object(mesh)
     context = export_context()
     assert context.description.materials[0].graph.displacement.node >= 0
-    assert any("shown as bump" in message for _, message in context.warnings) == (method != "BUMP")
+    assert context.description.materials[0].displacement_method.name.upper() == method
+    assert context.warnings == []
 
 
 def test_meshes_without_a_material_have_the_default_of_this_blender(build, export, monkeypatch):

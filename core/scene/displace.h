@@ -1,0 +1,28 @@
+// True displacement: the vertices of a mesh move by the displacement of their materials before rays are traced.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "geometry/geometry.h"
+#include "shading/shader_program.h"
+
+namespace ajar {
+
+/// Moves each vertex of `mesh` by the displacement of the first of its triangles whose material has one, as Cycles does.
+/// The shader sees the mesh in `instance`, where it does not move, with smooth normals. Each program of `programs` that
+/// `materials` lists belongs to a slot.
+///
+/// With the method Displacement, the smooth normals become those of the moved surface; flat faces stay flat. With Both,
+/// the shader bends the normals of the surface before the displacement (`BuiltMesh::undisplaced`). Generated coordinates
+/// stay those of the original positions. Smooth tangents are computed again.
+///
+/// Returns the number of vertices whose displacement is not finite. They stay where they are. If `stop` becomes true,
+/// the mesh is left in an undefined state.
+size_t displace(BuiltMesh& mesh, const BuiltInstance& instance, const ObjectDescription& object,
+                std::span<const uint32_t> materials, const std::vector<ShaderProgram>& programs,
+                const std::atomic<bool>* stop);
+
+}  // namespace ajar
