@@ -7,6 +7,25 @@ namespace ajar::python {
 
 namespace py = pybind11;
 
+namespace {
+
+void bind_materials(py::module_& module) {
+  py::enum_<DisplacementMethod>(module, "DisplacementMethod", "What the displacement of a material does.")
+      .value("Bump", DisplacementMethod::Bump, "It bends the shading normals.")
+      .value("Displacement", DisplacementMethod::Displacement, "It moves the vertices.")
+      .value("Both", DisplacementMethod::Both,
+             "It moves the vertices, and bends the normals that the surface had before.");
+  py::class_<MaterialDescription>(module, "MaterialDescription", "A material: a shader graph with a name.")
+      .def_readwrite("name", &MaterialDescription::name, "str. The name in Blender, used in messages.")
+      .def_readwrite("graph", &MaterialDescription::graph, "NodeGraph. The shader.")
+      .def_readwrite("pass_index", &MaterialDescription::pass_index,
+                     "int. The value of the pass IndexMA and of Object Info > Material Index.")
+      .def_readwrite("displacement_method", &MaterialDescription::displacement_method,
+                     "DisplacementMethod. What the displacement of the graph does.");
+}
+
+}  // namespace
+
 void bind_shader_graph(py::module_& module) {
   py::class_<NodeLink>(module, "NodeLink",
                        "An output socket of a node, by the index of the node and the identifier of the socket.")
@@ -75,18 +94,7 @@ void bind_shader_graph(py::module_& module) {
           "Add a setting to a node. node: an index from add_node. name: the RNA identifier. text: an enum or a path. "
           "numbers: floats. Raises IndexError for a node that does not exist.");
 
-  py::enum_<DisplacementMethod>(module, "DisplacementMethod", "What the displacement of a material does.")
-      .value("Bump", DisplacementMethod::Bump, "It bends the shading normals.")
-      .value("Displacement", DisplacementMethod::Displacement, "It moves the vertices.")
-      .value("Both", DisplacementMethod::Both,
-             "It moves the vertices, and bends the normals that the surface had before.");
-  py::class_<MaterialDescription>(module, "MaterialDescription", "A material: a shader graph with a name.")
-      .def_readwrite("name", &MaterialDescription::name, "str. The name in Blender, used in messages.")
-      .def_readwrite("graph", &MaterialDescription::graph, "NodeGraph. The shader.")
-      .def_readwrite("pass_index", &MaterialDescription::pass_index,
-                     "int. The value of the pass IndexMA and of Object Info > Material Index.")
-      .def_readwrite("displacement_method", &MaterialDescription::displacement_method,
-                     "DisplacementMethod. What the displacement of the graph does.");
+  bind_materials(module);
 }
 
 }  // namespace ajar::python

@@ -786,6 +786,10 @@ def shown_twice(stage: Stage, _tree: bpy.types.NodeTree) -> None:
     other.location, other.scale = (0.7, -0.2, 1.3), (0.5, 0.5, 0.5)
 
 
+def gentle(_stage: Stage, tree: bpy.types.NodeTree) -> None:
+    next(n for n in tree.nodes if n.type == "DISPLACEMENT").inputs["Scale"].default_value = 0.1
+
+
 def coloured(output: str) -> Callable:
     def change(_stage: Stage, tree: bpy.types.NodeTree) -> None:
         node = tree.nodes.new("ShaderNodeTexCoord" if output == "Generated" else "ShaderNodeNewGeometry")
@@ -806,7 +810,9 @@ displaced("displacement_object", "displacement in object space, of a turned and 
 displaced("displacement_shared", "two balls with one mesh that a noise moves", more=shown_twice)
 displaced("displacement_shared_both", "the same, with bump", "BOTH", more=shown_twice)
 displaced("displacement_vector", "a vector displacement in object space", node_type="ShaderNodeVectorDisplacement", space="OBJECT", more=squeezed)
-displaced("displacement_tangent", "a vector displacement in tangent space, with bump", "BOTH", node_type="ShaderNodeVectorDisplacement", space="TANGENT")
+displaced("displacement_tangent", "a vector displacement in tangent space", node_type="ShaderNodeVectorDisplacement", space="TANGENT")
+displaced("displacement_squeezed_both", "displacement in object space with bump, of a turned and squeezed ball", "BOTH", more=squeezed, space="OBJECT")
+displaced("displacement_gentle_both", "displacement by a fifth, with bump", "BOTH", more=gentle)
 displaced("displacement_generated", "Generated coordinates of a displaced ball", more=coloured("Generated"))
 displaced("displacement_position", "positions on a displaced ball, with bump", "BOTH", more=coloured("Position"))
 

@@ -8,7 +8,10 @@ size_t BuiltMesh::memory_bytes() const {
   for (const Attribute& attribute : attributes) bytes += attribute.values.size() * sizeof(float);
   for (const VoxelGrid& grid : grids) bytes += grid.memory_bytes();
   if (strands) bytes += strands->memory_bytes();
-  if (undisplaced) bytes += (undisplaced->positions.size() + undisplaced->normals.size()) * sizeof(Vec3);
+  if (undisplaced) {
+    bytes += (undisplaced->positions.size() + undisplaced->normals.size()) * sizeof(Vec3);
+    for (const Attribute& tangent : undisplaced->tangents) bytes += tangent.values.size() * sizeof(float);
+  }
   return bytes;
 }
 

@@ -15,6 +15,7 @@ namespace ajar {
 /// A surface before its displacement, in the space of the displaced positions; see BuiltMesh for the fields.
 struct Undisplaced {
   std::vector<Vec3> positions, normals;
+  std::vector<Attribute> tangents;  ///< smooth tangents (uv_tangents.h), in object space
 };
 
 /// A triangle mesh, or strands, shared by its instances. If only one instance uses it, its positions and normals can be

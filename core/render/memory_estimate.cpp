@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "film/film.h"
+#include "geometry/uv_tangents.h"
 #include "integrators/gather_passes.h"
 #include "integrators/integrator.h"
 #include "scene/scene.h"
@@ -36,6 +37,30 @@ uint64_t bytes_of(const MeshDescription& mesh) {
            strands * (sizeof(uint32_t) + sizeof(float)) + segments * sizeof(uint32_t);
   if (!mesh.material_slots.empty()) bytes += segments * sizeof(uint16_t);  // per segment, not per strand
   return bytes - points * sizeof(Vec3);                                    // the keys replace the positions
+}
+
+/// What the displacement of its materials adds to each mesh: the original positions, normals and tangents.
+std::vector<uint64_t> bytes_of_displacements(const SceneDescription& d) {
+  std::vector<uint64_t> bytes(d.meshes.size(), 0);
+  for (const ObjectDescription& object : d.objects) {
+    if (object.mesh < 0 || object.mesh >= int(d.meshes.size())) continue;
+    const MeshDescription& described = d.meshes[size_t(object.mesh)];
+    const MeshDescription& mesh = described.shared ? *described.shared : described;
+    if (!mesh.strands.empty()) continue;
+    for (const int index : object.materials) {
+      if (index < 0 || index >= int(d.materials.size())) continue;
+      const MaterialDescription& material = d.materials[size_t(index)];
+      if (material.graph.displacement.node < 0 || material.displacement_method == DisplacementMethod::Bump) continue;
+      uint64_t added = mesh.positions.size() * sizeof(Vec3);
+      if (material.displacement_method == DisplacementMethod::Both) {
+        added += (mesh.positions.size() + 1 + mesh.normals.size()) * sizeof(Vec3);
+        for (const Attribute& attribute : mesh.attributes)
+          if (attribute.name.starts_with(kTangentOf)) added += attribute.values.size() * sizeof(float);
+      }
+      bytes[size_t(object.mesh)] = std::max(bytes[size_t(object.mesh)], added);
+    }
+  }
+  return bytes;
 }
 
 void add(MemoryPart& part, const std::string& name, uint64_t bytes) {
@@ -90,11 +115,12 @@ uint64_t MemoryEstimate::bytes() const {
 MemoryEstimate estimate_memory(const SceneDescription& d) {
   MemoryPart geometry{"geometry"}, instances{"instances"}, textures{"textures"}, volumes{"volumes"}, photons{"photons"},
       guide{"path guide"}, records{"irradiance records"}, film{"the picture"};
-  for (const MeshDescription& described : d.meshes) {
-    const MeshDescription& mesh = described.shared ? *described.shared : described;
+  const std::vector<uint64_t> displacements = bytes_of_displacements(d);
+  for (size_t i = 0; i < d.meshes.size(); ++i) {
+    const MeshDescription& mesh = d.meshes[i].shared ? *d.meshes[i].shared : d.meshes[i];
     add(geometry, mesh.name,
-        bytes_of(mesh) + mesh.triangles.size() * kStructureBytesPerTriangle + kStructureBytesPerMesh +
-            (mesh.strands.empty() ? 0 : segments_of(mesh) * kStructureBytesPerSegment));
+        bytes_of(mesh) + displacements[i] + mesh.triangles.size() * kStructureBytesPerTriangle +
+            kStructureBytesPerMesh + (mesh.strands.empty() ? 0 : segments_of(mesh) * kStructureBytesPerSegment));
   }
   instances.bytes = d.instances.size() * (sizeof(BuiltInstance) + kStructureBytesPerInstance) +
                     d.motion_keys.size() * sizeof(Mat4) + d.instance_origins.size() * sizeof(InstanceOrigin);

@@ -15,6 +15,10 @@ Vec3 unit_or_zero(Vec3 v) {
   return len > 0.0f && len < kInfinity ? v / len : Vec3(0.0f);
 }
 
+bool is_tangent(const Attribute& attribute) {
+  return attribute.name.starts_with(kTangentOf) && attribute.domain == Domain::Corner && attribute.components == 4;
+}
+
 /// The unit normal of a triangle, on the side of the smooth normals; 0 for a triangle without area.
 Vec3 face_normal(const BuiltMesh& mesh, UVec3 v, bool inverted) {
   const Vec3 p = mesh.positions[v.x];
@@ -142,7 +146,12 @@ class Displacer {
 
   /// Generated coordinates and bump mapping use the positions before the displacement.
   void keep_the_original(bool bends_normals) {
-    if (bends_normals) mesh_.undisplaced = std::make_shared<const Undisplaced>(mesh_.positions, mesh_.normals);
+    if (bends_normals) {
+      Undisplaced original{mesh_.positions, mesh_.normals, {}};
+      std::copy_if(mesh_.attributes.begin(), mesh_.attributes.end(), std::back_inserter(original.tangents),
+                   [](const Attribute& attribute) { return is_tangent(attribute); });
+      mesh_.undisplaced = std::make_shared<const Undisplaced>(std::move(original));
+    }
     if (mesh_.undeformed_position >= 0) return;
     Attribute original;
     original.name = kUndeformedPosition;
@@ -192,9 +201,7 @@ class Displacer {
   void renew_tangents() {
     std::vector<Vec3> positions, normals;
     for (Attribute& attribute : mesh_.attributes) {
-      const std::string prefix = kTangentOf;
-      if (!attribute.name.starts_with(prefix) || attribute.domain != Domain::Corner || attribute.components != 4)
-        continue;
+      if (!is_tangent(attribute)) continue;
       if (positions.empty()) {
         for (size_t i = 0; i < vertex_count(); ++i) positions.push_back(in_object_space(mesh_.positions[i]));
         const Mat3 to_object = mesh_.baked ? glm::transpose(Mat3(instance_.world_from_object)) : Mat3(1.0f);
@@ -206,7 +213,7 @@ class Displacer {
           normals.push_back(unit_or_zero(to_object * n));
         }
       }
-      const std::string uv_map = attribute.name.substr(prefix.size());
+      const std::string uv_map = attribute.name.substr(std::string_view(kTangentOf).size());
       const int index = uv_map.empty() ? mesh_.active_uv : mesh_.find_attribute(uv_map);
       std::vector<Vec2> uvs;
       if (index >= 0) {

@@ -60,7 +60,7 @@ def bumped(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
 
 
 def bump(closure: str, distance: float, is_displacement: bool = False) -> Maker:
-    """A closure with a noise as bump, or as displacement that is shown as bump."""
+    """A closure with a noise as bump, or as displacement with the method Bump Only."""
     def make(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
         shader, noise = tree.nodes.new(closure), tree.nodes.new("ShaderNodeTexNoise")
         node_of_height = tree.nodes.new("ShaderNodeDisplacement" if is_displacement else "ShaderNodeBump")

@@ -24,8 +24,6 @@ KINDS = {"plain": "output", "output": "output", "input": "input", "switch": "swi
 # Differences that these spheres do not show.
 NOTES = {
     "Bump": "heights a pixel apart as seen by the camera; Cycles measures the pixel along the path",
-    "Displacement": "shown as bump: the surface stays where it is",
-    "VectorDisplacement": "shown as bump: the surface stays where it is",
     "TexNoise": "Blender 4.2 and later repeat it beyond 100 000",
     "Wireframe": "with Pixel Size: pixels as seen by the camera; Cycles measures them along the path",
     "VolumePrincipled": "its attributes are of grids, which are not rendered yet",

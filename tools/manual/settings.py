@@ -87,7 +87,7 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
         "AJAR_MATERIAL_PT_preview": ("A small render of the material.", ()),
         "AJAR_MATERIAL_PT_surface": (f"The node that is linked to the input *Surface* of the output. {BLENDERS}", ()),
         "AJAR_MATERIAL_PT_volume": (f"The node that is linked to the input *Volume* of the output. More: [Volumes](rendering.md#volumes). {BLENDERS}", ()),
-        "AJAR_MATERIAL_PT_displacement": (f"The node that is linked to the input *Displacement* of the output. Ajar shows displacement as bump. {BLENDERS}", ()),
+        "AJAR_MATERIAL_PT_displacement": (f"The node that is linked to the input *Displacement* of the output. The method of the material says whether it moves the surface. {BLENDERS}", ()),
         "AJAR_MATERIAL_PT_settings": ("The pass index of the material, and what its displacement does.", (
             "Material.displacement_method",)),
     },

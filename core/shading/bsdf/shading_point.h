@@ -36,6 +36,7 @@ struct ShadingPoint {
   Vec3 ng{0, 0, 1};           ///< geometric normal, turned towards wo
   Vec3 ns{0, 0, 1};           ///< smooth normal, turned together with ng; not yet made safe
   bool backfacing = false;    ///< whether ng was turned
+  bool undisplaced = false;   ///< on the surface before its displacement (BuiltMesh::undisplaced)
   /// weights of the second and third vertex of the triangle; for strands, positions along and across the segment
   Vec2 barycentric{0.0f};
   uint32_t primitive = 0;           ///< triangle of the mesh, or segment of its strands

@@ -198,7 +198,7 @@ Vec3 front_in_object_space(const ShadingPoint& point, Vec3 front) {
 bool smooth_tangent(const ShadingPoint& point, const std::string& uv, Vec3& tangent, float& sign) {
   if (!point.mesh || point.primitive == kInsideVolume || point.mesh->strands) return false;
   constexpr std::string_view kPrefix = kTangentOf;
-  for (const Attribute& attribute : point.mesh->attributes) {
+  for (const Attribute& attribute : point.undisplaced ? point.mesh->undisplaced->tangents : point.mesh->attributes) {
     if (attribute.name.size() != kPrefix.size() + uv.size() || !attribute.name.starts_with(kPrefix) ||
         !attribute.name.ends_with(uv) || attribute.components != 4)
       continue;

@@ -56,6 +56,21 @@ def test_flat_faces_of_a_mixed_mesh_have_the_normals_of_their_triangles(build, e
     assert np.abs(normals[~flat] - geometric[~flat][:, None]).max() > 0.1
 
 
+@pytest.mark.parametrize("method", ["BUMP", "DISPLACEMENT", "BOTH"])
+def test_flat_faces_of_a_mixed_mesh_that_moves_are_marked(build, export, method):
+    mesh = cube(build)
+    smooth(mesh, [False, True, True, True, True, True])
+    material = bpy.data.materials.new("Moved")
+    material.cycles.displacement_method = method
+    mesh.materials.append(material)
+    build.object(mesh)
+    marked = [attribute for attribute in export().meshes[0].attributes if attribute.name == ajar.FLAT_FACES]
+    assert len(marked) == (method != "BUMP")
+    for attribute in marked:
+        assert attribute.domain == ajar.Domain.Face
+        assert sorted(np.asarray(attribute.values).reshape(-1)) == [0.0] * 10 + [1.0] * 2
+
+
 def test_split_normals_keep_edges_sharp(build, export):
     mesh = cube(build)
     smooth(mesh)

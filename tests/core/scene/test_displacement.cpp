@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "graph_fixtures.h"
+#include "render/memory_estimate.h"
 #include "scene_fixtures.h"
 
 namespace ajar {
@@ -205,6 +206,28 @@ TEST(Displacement, ThatIsNotFiniteIsReportedAndTheVertexStays) {
   EXPECT_EQ(diagnostics[0].object, "Grid");
   EXPECT_EQ(diagnostics[0].message,
             "its displacement is not a finite number at 20 vertices, which stay where they are");
+}
+
+TEST(Displacement, IsInTheEstimateOfMemory) {
+  for (const DisplacementMethod method :
+       {DisplacementMethod::Bump, DisplacementMethod::Displacement, DisplacementMethod::Both}) {
+    SceneDescription d = scene_of(ramp(0.5f, method), grid(100, Shading::Vertex));
+    const auto part = [&] {
+      for (const MemoryPart& p : estimate_memory(d).parts)
+        if (p.what == "geometry") return p.bytes;
+      return uint64_t(0);
+    };
+    const uint64_t estimated = part();
+    SceneDescription plain = d;
+    plain.materials[0].graph.displacement = {};
+    const uint64_t added = estimated - [&] {
+      d = plain;
+      return part();
+    }();
+    d.materials[0] = ramp(0.5f, method);
+    EXPECT_EQ(added, build(d)->statistics().geometry_bytes - build(plain)->statistics().geometry_bytes);
+    EXPECT_EQ(added > 0, method != DisplacementMethod::Bump);
+  }
 }
 
 TEST(Displacement, StartsFromTheOriginalMeshInEachScene) {
