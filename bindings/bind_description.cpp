@@ -89,9 +89,10 @@ std::shared_ptr<MeshDescription> make_volume(const std::string& name, Vec3 lower
     grid.bricks = copy_rows<std::array<int, 3>>(item[2].cast<Array<int32_t>>(), "bricks" + of);
     const auto values = item[3].cast<Floats>();
     const size_t voxels = grid.bricks.size() * VolumeGrid::kVoxels;
-    grid.components = size_t(values.size()) == 3 * voxels && voxels > 0 ? 3 : 1;
+    const size_t components = voxels > 0 ? size_t(values.size()) / voxels : 1;
+    grid.components = components == 3 || components == 4 ? int(components) : 1;
     if (size_t(values.size()) != size_t(grid.components) * voxels)
-      throw py::value_error("values" + of + " must have 512 or 3 * 512 numbers for each brick, not " +
+      throw py::value_error("values" + of + " must have 512, 3 * 512 or 4 * 512 numbers for each brick, not " +
                             shape_text(values));
     grid.values = copy_numbers(values);
     mesh->grids.push_back(std::move(grid));
@@ -636,7 +637,8 @@ void bind_description(py::module_& module) {
              "corners in metres, object space. grids: tuples (name, index_from_object, bricks, values). "
              "index_from_object: 12 floats, three rows of four; voxel (i, j, k) has its centre at (i, j, k). bricks: "
              "int32[b, 3], the index of the first voxel of each brick of 8 x 8 x 8 voxels, divided by 8. values: "
-             "float32[b, 8, 8, 8] or float32[b, 8, 8, 8, 3], indexed by z, y and x of the voxel; voxels outside all "
+             "float32[b, 8, 8, 8], or float32[b, 8, 8, 8, c] with c = 3 or 4 (a colour multiplied by alpha, and "
+             "alpha), indexed by z, y and x of the voxel; voxels outside all "
              "bricks are 0. density_in_object_space: the volume keeps its optical depth when it is scaled. Raises "
              "ValueError, which names the volume, for an array of the wrong shape.");
   scene.def(py::init<>(), "Make one with default values.")

@@ -127,7 +127,7 @@ struct VolumeGrid {
   static constexpr int kBrick = 8;                             ///< voxels along an axis of a brick
   static constexpr size_t kVoxels = kBrick * kBrick * kBrick;  ///< of a brick
   std::string name;
-  int components = 1;                                                           ///< 1, or 3: a colour or a vector
+  int components = 1;  ///< 1; 3: a colour or a vector; 4: a colour multiplied by the alpha that follows it
   std::array<float, 12> index_from_object{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< three rows of four
   std::vector<std::array<int, 3>> bricks;  ///< index of the first voxel of each brick, divided by 8; all different
   std::vector<float> values;               ///< of all voxels of all bricks; the first index varies fastest

@@ -159,7 +159,7 @@ uint64_t validate_grids(MeshDescription& mesh, Diagnostics& diagnostics) {
     std::sort(sorted.begin(), sorted.end());
     const Mat4 matrix = to_matrix(grid.index_from_object);
     const float determinant = glm::determinant(Mat3(matrix));
-    const bool good = (grid.components == 1 || grid.components == 3) &&
+    const bool good = (grid.components == 1 || grid.components == 3 || grid.components == 4) &&
                       grid.values.size() == grid.bricks.size() * VolumeGrid::kVoxels * size_t(grid.components) &&
                       std::all_of(grid.bricks.begin(), grid.bricks.end(), near) &&
                       std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end() && std::isfinite(determinant) &&

@@ -54,7 +54,7 @@ Vec4 VoxelGrid::at(Vec3 position) const {
   const int components = grid_.components;
   std::array<int, 3> found_brick{};
   uint32_t found = kNone;
-  Vec3 sum(0.0f);
+  Vec4 sum(0.0f);
   for (int corner = 0; corner < 8; ++corner) {
     std::array<int, 3> at;
     float weight = 1.0f;
@@ -69,9 +69,12 @@ Vec4 VoxelGrid::at(Vec3 position) const {
     if (found == kNone || weight == 0.0f) continue;
     const size_t in_brick = size_t((((at[2] & kMask) << kShift | (at[1] & kMask)) << kShift) | (at[0] & kMask));
     const float* value = grid_.values.data() + (size_t(found) * VolumeGrid::kVoxels + in_brick) * size_t(components);
-    sum += weight * (components == 1 ? Vec3(value[0]) : Vec3(value[0], value[1], value[2]));
+    sum += weight *
+           (components == 1 ? Vec4(value[0]) : Vec4(value[0], value[1], value[2], components == 4 ? value[3] : 1.0f));
   }
-  return {sum, 1.0f};
+  if (components != 4) return {Vec3(sum), 1.0f};
+  constexpr float kSmallest = 1e-6f;
+  return sum.w > kSmallest ? Vec4(Vec3(sum) / sum.w, sum.w) : sum;
 }
 
 size_t VoxelGrid::memory_bytes() const {

@@ -19,8 +19,8 @@ class VoxelGrid {
   explicit VoxelGrid(VolumeGrid description);
 
   const std::string& name() const { return grid_.name; }
-  /// The value at a position in object space; alpha is 1. A grid of one component has the same value in red, green and
-  /// blue.
+  /// The value at a position in object space. A grid of one component has the same value in red, green and blue. Alpha is
+  /// 1, or the fourth component; then the colour is divided by it after the interpolation.
   Vec4 at(Vec3 position) const;
   size_t brick_count() const { return grid_.bricks.size(); }
   /// Calls `visit(position)` for the centre of every `stride`-th voxel along each axis of a brick, in object space.

@@ -179,6 +179,7 @@ class GraphExporter:
         for socket in node.inputs:
             if socket.type == "STRING":
                 self.graph.add_property(index, socket.identifier, text=socket.default_value)
+                self.context.attribute_names |= {socket.default_value} - {""}   # the attributes of Principled Volume
         if node.bl_idname.startswith("ShaderNodeTex") and node.bl_idname not in WITHOUT_GENERATED:
             self.context.uses_generated = True
         special = SPECIAL.get(node.bl_idname)
@@ -362,6 +363,11 @@ def _geometry(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, C
     return []
 
 
+def _volume_info(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    context.attribute_names |= {output.name.lower() for output in node.outputs if output.is_linked}   # names of grids
+    return []
+
+
 def _ies(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
     return [*_ies_content(node), ("seen_from_eye", [float(compat.ies_is_seen_from_eye())])]
 
@@ -446,5 +452,6 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeAttribute": _attribute,
     "ShaderNodeNormalMap": _normal_map,
     "ShaderNodeTangent": _tangent,
+    "ShaderNodeVolumeInfo": _volume_info,
     "ShaderNodeVectorDisplacement": _vector_displacement,
 }

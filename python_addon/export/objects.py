@@ -16,7 +16,7 @@ import numpy as np
 from .. import compat, plain, unsupported
 from ..ajar_module import ajar
 from ..translations import interface
-from . import lights, materials, mesh, motion, named_values, origins, strands, volumes
+from . import lights, materials, mesh, motion, named_values, origins, smoke, strands, volumes
 from .context import ExportContext, rows_3x4
 from .known_objects import OutOfDate, look_of
 
@@ -195,7 +195,7 @@ def _hair(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Obje
         return None
     collected.shared[owner.original] = look_of(owner.original)   # each change of the object exports its hair again
     hair = _geometry(context, thing, owner, parent, len(collected.order))
-    hair.is_hair = True
+    hair.is_hair, hair.is_volume = True, False
     collected.order.append(hair)
     return hair
 
@@ -227,9 +227,8 @@ def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.typ
     if thing.type in NOT_YET:
         context.warn(owner.name, NOT_YET[thing.type])
         return False
-    if any(m.type == "FLUID" and m.fluid_type == "DOMAIN" and m.domain_settings.domain_type == "GAS" for m in owner.modifiers):
-        context.warn(owner.name, "smoke is a grid; grids are not yet supported, and it does not render")
-        return False
+    if smoke.domain_of(owner) is not None:
+        return context.view_layer.use_volumes
     if not context.view_layer.use_solid and isinstance(thing.data, bpy.types.Mesh):
         return False
     if isinstance(thing.data, bpy.types.Volume):
@@ -242,7 +241,7 @@ def _geometry(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.
               index: int) -> Geometry:
     is_own = owner.data is not None and owner.data.as_pointer() == thing.data.as_pointer()
     return Geometry(owner, thing.data, is_own, _materials(context, thing), _look(context, owner, parent), index,
-                    is_volume=isinstance(thing.data, bpy.types.Volume))
+                    is_volume=isinstance(thing.data, bpy.types.Volume) or smoke.domain_of(owner) is not None)
 
 
 def _materials(context: ExportContext, thing: bpy.types.Object) -> list[bpy.types.Material | None]:
@@ -402,7 +401,7 @@ def _importance(context: ExportContext, owner: bpy.types.Object) -> float:
 def _export_mesh(context: ExportContext, geometry: Geometry) -> tuple[int, ajar.MeshDescription | None]:
     """The index of the mesh in the description, and the mesh itself if it may be used again."""
     description, cache = context.description, context.meshes
-    if isinstance(geometry.data, bpy.types.Volume):
+    if geometry.is_volume:
         return _export_volume(context, geometry)
     is_surface = isinstance(geometry.data, bpy.types.Mesh) and not geometry.is_hair
     if cache is None:
@@ -426,7 +425,8 @@ def _export_volume(context: ExportContext, geometry: Geometry) -> tuple[int, aja
         key = cache.key(context, geometry.owner, geometry.data)
         found = cache.known.get(key)
     if found is None:
-        found = volumes.make(context, geometry.owner, geometry.data)
+        make = volumes.make if isinstance(geometry.data, bpy.types.Volume) else smoke.make
+        found = make(context, geometry.owner, geometry.data)
         if cache is not None:
             cache.known[key] = found
             cache.exported += 1

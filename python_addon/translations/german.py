@@ -585,7 +585,9 @@ TEXTS = {
     "the grid \"{grid}\" has too many voxels and is ignored": "das Gitter „{grid}“ hat zu viele Voxel und wird ignoriert",
     "the grid \"{grid}\" has a transform that is not affine or has no inverse, and is ignored":
         "das Gitter „{grid}“ hat eine Transformation, die nicht affin ist oder keine Inverse hat, und wird ignoriert",
-    "smoke is a grid; grids are not yet supported, and it does not render": "Rauch ist ein Gitter; Gitter werden noch nicht unterstützt, und er wird nicht gerendert",
+    "its smoke is empty in this frame and does not render; an unbaked simulation has to be baked or played first":
+        "ihr Rauch ist in diesem Bild leer und wird nicht gerendert; eine nicht gebackene Simulation muss erst gebacken oder abgespielt werden",
+    "its domain is flat and does not render": "seine Domäne ist flach und wird nicht gerendert",
 }
 
 OPERATORS = {

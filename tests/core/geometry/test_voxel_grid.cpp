@@ -67,6 +67,23 @@ TEST(VoxelGrid, interpolates_linear_functions_exactly_and_across_bricks) {
   }
 }
 
+TEST(VoxelGrid, colours_are_divided_by_alpha_after_the_interpolation) {
+  // Red where alpha is large, blue where it is small, both multiplied by it.
+  const auto value = [](Vec3 v, int c) {
+    const float alpha = v.x < 1.0f ? 0.75f : v.x < 2.0f ? 0.25f : 0.0f;
+    return c == 3 ? alpha : c == 0 ? (v.x < 1.0f ? alpha : 0.0f) : c == 2 ? (v.x < 1.0f ? 0.0f : alpha) : 0.0f;
+  };
+  const VoxelGrid grid(filled("color", 0, 1, value, 4));
+  const auto expect = [&](float x, Vec4 wanted) {
+    const Vec4 found = grid.at(Vec3(x, 2.5f, 2.5f));
+    for (int k = 0; k < 4; ++k) EXPECT_NEAR(found[k], wanted[k], 1e-6f) << "component " << k << " at " << x;
+  };
+  expect(0.0f, Vec4(1.0f, 0.0f, 0.0f, 0.75f));
+  expect(0.5f, Vec4(0.75f, 0.0f, 0.25f, 0.5f));
+  expect(1.5f, Vec4(0.0f, 0.0f, 1.0f, 0.125f));  // empty voxels do not darken the border
+  expect(4.0f, Vec4(0.0f));
+}
+
 TEST(VoxelGrid, is_zero_outside_its_bricks) {
   const VoxelGrid grid(filled("v", 0, 1, [](Vec3, int) { return 2.0f; }));
   EXPECT_EQ(grid.at(Vec3(3.5f)), Vec4(2.0f, 2.0f, 2.0f, 1.0f));
