@@ -91,6 +91,11 @@ def asked_of(owner: bpy.types.bpy_struct, settings: tuple[Setting, ...]) -> Iter
             yield setting.message()
 
 
+def is_adaptive(thing: bpy.types.Object) -> bool:
+    """Whether the object asks for adaptive subdivision: before and since 5.0."""
+    return bool(value_of(thing, "cycles.use_adaptive_subdivision")[1]) or any(getattr(modifier, "use_adaptive_subdivision", False) for modifier in thing.modifiers)
+
+
 def of_object(thing: bpy.types.Object) -> Iterator[str]:
     yield from asked_of(thing, OBJECT)
     if any(getattr(modifier, "use_adaptive_subdivision", False) for modifier in thing.modifiers):   # 5.0

@@ -233,7 +233,10 @@ void mutate(SceneDescription& d, Random& random) {
     case 9: below(random, 2) ? mutate(d.world.graph, random) : set_one_of(d.world.color, random); break;
     case 10: below(random, 4) ? void(d.world.light_importance = number(random)) : rearrange(d.materials, random); break;
     default:
-      if (MaterialDescription* material = any_of(d.materials, random)) mutate(material->graph, random);
+      if (MaterialDescription* material = any_of(d.materials, random)) {
+        if (below(random, 8) == 0) material->displacement_method = DisplacementMethod(below(random, 3));
+        mutate(material->graph, random);
+      }
       break;
   }
 }

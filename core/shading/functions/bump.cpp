@@ -41,7 +41,7 @@ ShadingPoint shifted(const ShadingPoint& point, Vec3 offset) {
 
 ShadingPoint undisplaced(const ShadingPoint& point) {
   ShadingPoint original = point;
-  if (!point.mesh || !point.mesh->undisplaced) return original;
+  if (!point.mesh || !point.mesh->undisplaced || !point.instance) return original;
   original.undisplaced = true;
   const BuiltMesh& mesh = *point.mesh;
   const Undisplaced& surface = *mesh.undisplaced;
