@@ -83,7 +83,7 @@ class Displacer {
     tbb::parallel_for(size_t(0), corners.size(), [&](size_t i) {
       if (corners[i] == kNone || (stop && stop->load(std::memory_order_relaxed))) return;
       const Vec3 offset = offset_at(corners[i]);
-      if (is_finite(offset))
+      if (is_finite(offset) && is_finite(mesh_.positions[i] + offset))
         offsets[i] = offset;
       else
         ++broken;
@@ -186,7 +186,9 @@ class Displacer {
   /// Corner normals turn by the difference between the mean normals of their vertices, so that sharp edges stay sharp.
   void turn_corner_normals(const std::vector<Vec3>& before, const std::vector<Vec3>& after) {
     const int index = mesh_.find_attribute(kFlatFaces);
-    const float* flat = index < 0 ? nullptr : mesh_.attributes[size_t(index)].values.data();
+    const Attribute* marks = index < 0 ? nullptr : &mesh_.attributes[size_t(index)];
+    const float* flat = marks && marks->domain == Domain::Face && marks->components == 1 ? marks->values.data()
+                                                                                         : nullptr;
     for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
       const UVec3 v = mesh_.triangles[t];
       for (int k = 0; k < 3; ++k) {

@@ -433,7 +433,7 @@ void Scene::Builder::displace_meshes() {
     seen[instance.mesh] = true;
     BuiltMesh& mesh = s_.meshes_[instance.mesh];
     const std::span<const uint32_t> materials = s_.materials_of(instance);
-    if (mesh.empty() || mesh.strands ||
+    if (mesh.empty() || mesh.strands || !mesh.grids.empty() ||  // neither hair nor volume objects move
         std::none_of(materials.begin(), materials.end(), [&](uint32_t m) { return s_.programs_[m].displaces(); }))
       continue;
     step("Displacing meshes", 0.4f);
