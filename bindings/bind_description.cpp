@@ -380,6 +380,9 @@ void bind_geometry(py::module_& module) {
           },
           "list of tuples (name, index_from_object, bricks, values), as in make_volume, but with one row of values for "
           "each brick. The grids of a volume.")
+      .def_property_readonly("subdivision", &subdivision_of,
+                             "dict of the arguments of `set_subdivision`, or None. The faces of a mesh with adaptive "
+                             "subdivision.")
       .def_readonly("density_in_object_space", &MeshDescription::density_in_object_space,
                     "bool. The volume keeps its optical depth when an instance is scaled.")
       .def_readonly("texture_space_location", &MeshDescription::texture_space_location,
@@ -589,6 +592,7 @@ void bind_description(py::module_& module) {
   bind_enums(module);
   bind_geometry(module);
   bind_light_world_camera(module);
+  bind_subdivision(module);
   bind_settings(module);
 
   py::class_<HintDescription>(module, "HintDescription",
@@ -738,6 +742,9 @@ void bind_description(py::module_& module) {
       .def_readonly(
           "motion_keys", &SceneDescription::motion_keys,
           "list of lists of 12 floats. The transforms of all moving instances, one instance after the other. A copy.")
+      .def_readwrite("dicing", &SceneDescription::dicing,
+                     "DicingDescription. What adaptive subdivision follows. Changes of its fields apply to this "
+                     "description.")
       .def_readwrite("camera", &SceneDescription::camera,
                      "CameraDescription. The camera. Changes of its fields apply to this description.")
       .def_readwrite("settings", &SceneDescription::settings,

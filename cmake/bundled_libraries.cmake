@@ -16,6 +16,13 @@ set(EMBREE_VERSION_MAJOR 4)
 # TBB's headers are the system's: older ones than the library are what TBB promises to serve.
 ajar_bundled(TBB::tbb libtbb*.so*)
 ajar_bundled(OpenImageIO::OpenImageIO libOpenImageIO.so* libOpenImageIO_Util.so*)
+# The module contains what it needs of OpenSubdiv.
+file(GLOB opensubdiv_sources ${AJAR_BUNDLE}/opensubdiv/opensubdiv/*/*.cpp)
+add_library(ajar_opensubdiv STATIC ${opensubdiv_sources})
+target_include_directories(ajar_opensubdiv SYSTEM PUBLIC ${AJAR_BUNDLE}/opensubdiv)
+target_compile_options(ajar_opensubdiv PRIVATE -w -march=${AJAR_ARCH})
+set_target_properties(ajar_opensubdiv PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON CXX_STANDARD 14)
+add_library(OpenSubdiv::OpenSubdiv ALIAS ajar_opensubdiv)
 set(PYBIND11_INCLUDE ${AJAR_BUNDLE}/include)
 # Blender runs on systems with an older libstdc++ than the compiler's; ours stays inside the module, unseen.
 target_link_options(ajar_options INTERFACE -static-libstdc++ -Wl,--exclude-libs,ALL)

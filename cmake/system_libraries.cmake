@@ -1,4 +1,4 @@
-# Embree, TBB and OpenImageIO of the system.
+# Embree, TBB, OpenImageIO and OpenSubdiv of the system.
 find_package(TBB REQUIRED)
 # Debian's OpenImageIO package configuration demands its command-line tools; the library is all we use.
 find_path(OPENIMAGEIO_INCLUDE OpenImageIO/imageio.h REQUIRED)
@@ -11,3 +11,9 @@ find_package(embree 4 QUIET)
 if(NOT embree_FOUND)
   find_package(embree 3.13 REQUIRED)
 endif()
+# The package configuration of OpenSubdiv demands its library for graphics cards; that for processors is all we use.
+find_path(OPENSUBDIV_INCLUDE opensubdiv/far/patchTable.h REQUIRED)
+find_library(OPENSUBDIV_LIBRARY osdCPU REQUIRED)
+add_library(OpenSubdiv::OpenSubdiv INTERFACE IMPORTED)
+target_include_directories(OpenSubdiv::OpenSubdiv SYSTEM INTERFACE ${OPENSUBDIV_INCLUDE})
+target_link_libraries(OpenSubdiv::OpenSubdiv INTERFACE ${OPENSUBDIV_LIBRARY})

@@ -18,6 +18,7 @@ _CYCLES_ENUMS = {
     "rolling_shutter_type": ("NONE", "TOP"),
     "shape": ("RIBBONS", "THICK", "THICK_LINEAR"),
     "displacement_method": ("BUMP", "DISPLACEMENT", "BOTH"),
+    "feature_set": ("SUPPORTED", "EXPERIMENTAL"),
     "panorama_type": ("EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID", "MIRRORBALL", "FISHEYE_LENS_POLYNOMIAL",
                       "EQUIANGULAR_CUBEMAP_FACE"),
 }
@@ -241,6 +242,40 @@ def corner_normals(mesh: bpy.types.Mesh) -> np.ndarray:
 
 def vertex_normals(mesh: bpy.types.Mesh) -> np.ndarray:
     return _numbers(mesh.vertex_normals, "vector", 3, np.float32)
+
+
+def adapts_by_modifier() -> bool:
+    """Whether adaptive subdivision is a setting of the modifier (since 5.0) or of the object."""
+    return bpy.app.version >= (5, 0)
+
+
+def adapts_before_modifier() -> bool:
+    """Whether Cycles divides the mesh before the Subdivision Surface modifier (since 4.5) or the mesh that the modifier has made."""
+    return bpy.app.version >= (4, 5)
+
+
+def is_experimental(scene: bpy.types.Scene) -> bool:
+    """Whether Cycles uses its experimental features, such as adaptive subdivision before 5.0."""
+    return cycles_value(scene, "feature_set", "SUPPORTED") == "EXPERIMENTAL"
+
+
+def edge_creases(mesh: bpy.types.Mesh) -> np.ndarray | None:
+    if bpy.app.version >= (4, 0):
+        return _crease_attribute(mesh, "crease_edge", "EDGE", len(mesh.edges))
+    return _numbers(mesh.edges, "crease", 1, np.float32)
+
+
+def vertex_creases(mesh: bpy.types.Mesh) -> np.ndarray | None:
+    if bpy.app.version >= (4, 0):
+        return _crease_attribute(mesh, "crease_vert", "POINT", len(mesh.vertices))
+    return _numbers(mesh.vertex_creases[0].data, "value", 1, np.float32) if len(mesh.vertex_creases) else None
+
+
+def _crease_attribute(mesh: bpy.types.Mesh, name: str, domain: str, count: int) -> np.ndarray | None:
+    attribute = mesh.attributes.get(name)
+    if attribute is None or attribute.domain != domain or attribute.data_type != "FLOAT" or len(attribute.data) != count:
+        return None
+    return _numbers(attribute.data, "value", 1, np.float32)
 
 
 def texture_space(mesh: bpy.types.Mesh) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -42,6 +42,11 @@ class AjarObjectSettings(bpy.types.PropertyGroup):
         "shadow_terminator_geometry_offset", "Geometry Offset", "Moves shadow rays from coarse smooth surfaces outwards. 1 moves them to the rounded surface", 0.1,
         "shadow_terminator_geometry_offset", 0.0, 1.0, subtype="FACTOR")
 
+    use_adaptive_subdivision: inherited.boolean(
+        "use_adaptive_subdivision", "Adaptive Subdivision", "Divides the faces before the last Subdivision Surface modifier into triangles of the size of a pixel, "
+        "instead of the levels of the modifier", False, "use_adaptive_subdivision")
+    dicing_rate: inherited.number("dicing_rate", "Dicing Scale", "Factor of the size of the triangles of this object", 1.0, "dicing_rate", 0.1, 1000.0)
+
 
 class AjarLightSettings(bpy.types.PropertyGroup):
     cast_shadow: inherited.boolean("cast_shadow", "Cast Shadow", "Objects block the light of this lamp", True, "cast_shadow")

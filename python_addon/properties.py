@@ -114,6 +114,15 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     curve_subdivisions: inherited.integer("curve_subdivisions", "Curve Subdivisions", "Subdivisions of each segment of a ribbon", 2, "subdivisions", 0, 24,
                                           group="cycles_curves")
     exposure: core_settings.definition("exposure", "film_exposure")
+    dicing_rate: inherited.number("dicing_rate", "Dicing Rate", "Size of the triangles of adaptive subdivision in pixels, in final renders", 1.0, "dicing_rate", 0.1, 1000.0)
+    preview_dicing_rate: inherited.number("preview_dicing_rate", "Viewport Dicing Rate", "Size of the triangles of adaptive subdivision in pixels, in the rendered 3D view",
+                                          8.0, "preview_dicing_rate", 0.1, 1000.0)
+    offscreen_dicing_scale: inherited.number("offscreen_dicing_scale", "Offscreen Scale", "How much larger the triangles become with the distance from the camera's view", 4.0,
+                                             "offscreen_dicing_scale", 1.0, 1e6)
+    max_subdivisions: inherited.integer("max_subdivisions", "Max Subdivisions", "An edge is halved at most this many times", 12, "max_subdivisions", 0, 16)
+    dicing_camera: bpy.props.PointerProperty(
+        name="Dicing Camera", description="Camera whose pixels adaptive subdivision follows. Without one, that of the scene", type=bpy.types.Object,
+        poll=lambda self, thing: thing.type == "CAMERA")
 
 
 class AjarShadingSettings(bpy.types.PropertyGroup):

@@ -52,7 +52,6 @@ VIEW_LAYER = (
 )
 OBJECT = (
     Setting("is_shadow_catcher", False, "shadow catchers are not supported: the object is rendered as it is"),
-    Setting("cycles.use_adaptive_subdivision", False, "adaptive subdivision is not supported: the modifier's own levels are used"),
     Setting("cycles.shadow_terminator_offset", 0.0, "its Shadow Terminator Shading Offset is not supported and is ignored", lambda thing: not hasattr(thing, "shadow_terminator_shading_offset")),
     Setting("shadow_terminator_shading_offset", 0.0, "its Shadow Terminator Shading Offset is not supported and is ignored"),
 )
@@ -91,15 +90,8 @@ def asked_of(owner: bpy.types.bpy_struct, settings: tuple[Setting, ...]) -> Iter
             yield setting.message()
 
 
-def is_adaptive(thing: bpy.types.Object) -> bool:
-    """Whether the object asks for adaptive subdivision: before and since 5.0."""
-    return bool(value_of(thing, "cycles.use_adaptive_subdivision")[1]) or any(getattr(modifier, "use_adaptive_subdivision", False) for modifier in thing.modifiers)
-
-
 def of_object(thing: bpy.types.Object) -> Iterator[str]:
     yield from asked_of(thing, OBJECT)
-    if any(getattr(modifier, "use_adaptive_subdivision", False) for modifier in thing.modifiers):   # 5.0
-        yield "adaptive subdivision is not supported: the modifier's own levels are used"
 
 
 def of_view_layer(layer: bpy.types.ViewLayer) -> Iterator[str]:

@@ -817,6 +817,122 @@ displaced("displacement_generated", "Generated coordinates of a displaced ball",
 displaced("displacement_position", "positions on a displaced ball, with bump", "BOTH", more=coloured("Position"))
 
 
+# ---- Adaptive subdivision ---------------------------------------------------------------------------------------------
+
+def adaptive(kind: str, name: str, what: str, more: Callable | None = None, simple: bool = False, scale: float = 0.0) -> None:
+    """A box of six faces instead of the ball, which adaptive subdivision divides. A noise moves it if `scale` is not 0."""
+    def change(stage):
+        stage.sun()
+        stage.scene.cycles.feature_set = "EXPERIMENTAL"
+        stage.scene.cycles.dicing_rate = 0.5
+        bpy.data.objects.remove(stage.ball)
+        stage.ball = tools.add_box("Ball", (-1.25, -0.6, 0.0), (-0.05, 0.6, 1.2), tools.diffuse("Ball", RED))
+        faces = stage.ball.data.polygons
+        faces.foreach_set("use_smooth", [True] * len(faces))
+        modifier = stage.ball.modifiers.new("Subdivision", "SUBSURF")
+        modifier.levels = modifier.render_levels = 2
+        modifier.subdivision_type = "SIMPLE" if simple else "CATMULL_CLARK"
+        stage.ball.cycles.use_adaptive_subdivision = True
+        tree = stage.ball.active_material.node_tree
+        if scale != 0.0:
+            moved, noise = tree.nodes.new("ShaderNodeDisplacement"), tree.nodes.new("ShaderNodeTexNoise")
+            noise.inputs["Scale"].default_value = 3.0
+            moved.inputs["Midlevel"].default_value, moved.inputs["Scale"].default_value = 0.5, scale
+            tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Object"], noise.inputs["Vector"])
+            tree.links.new(noise.outputs["Fac"], moved.inputs["Height"])
+            tree.links.new(moved.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL").inputs["Displacement"])
+            stage.ball.active_material.cycles.displacement_method = "DISPLACEMENT"
+        if more is not None:
+            more(stage, tree)
+    add(kind, name, what, change)
+
+
+def creased(stage: Stage, _tree: bpy.types.NodeTree) -> None:
+    for i, edge in enumerate(stage.ball.data.edges):
+        edge.crease = (0.0, 0.3, 1.0)[i % 3]
+
+
+def with_ngons(stage: Stage, _tree: bpy.types.NodeTree) -> None:
+    rim = [(math.cos(a), math.sin(a)) for a in (2 * math.pi * k / 7 for k in range(7))]
+    vertices = [(0.6 * x - 0.65, 0.6 * y, z) for z in (0.0, 1.2) for x, y in rim]
+    sides = [(k, (k + 1) % 7, 7 + (k + 1) % 7, 7 + k) for k in range(1, 7)]
+    made = bpy.data.meshes.new("Prism")
+    made.from_pydata(vertices, [], [tuple(range(6, -1, -1)), tuple(range(7, 14)), (0, 1, 8), (0, 8, 7), *sides])
+    made.polygons.foreach_set("use_smooth", [True] * len(made.polygons))
+    made.materials.append(stage.ball.active_material)
+    stage.ball.data = made
+
+
+def with_maps(stage: Stage, tree: bpy.types.NodeTree) -> None:
+    """Checkers on a UV map of six islands, times colours of corners."""
+    data = stage.ball.data
+    layer = data.uv_layers.new(name="UVMap") if not data.uv_layers else data.uv_layers[0]
+    colors = data.color_attributes.new("Corners", "FLOAT_COLOR", "CORNER")
+    for face in data.polygons:
+        for k, loop in enumerate(face.loop_indices):
+            layer.data[loop].uv = ((0, 0), (1, 0), (1, 1), (0, 1))[k % 4]
+            colors.data[loop].color = ((1, 0.3, 0.3, 1), (0.3, 1, 0.3, 1), (0.3, 0.3, 1, 1), (1, 1, 1, 1))[(k + face.index) % 4]
+    checker, named, both = tree.nodes.new("ShaderNodeTexChecker"), tree.nodes.new("ShaderNodeVertexColor"), tree.nodes.new("ShaderNodeMixRGB")
+    checker.inputs["Scale"].default_value = 4.0
+    named.layer_name, both.blend_type = "Corners", "MULTIPLY"
+    both.inputs["Fac"].default_value = 1.0
+    tree.links.new(tree.nodes.new("ShaderNodeUVMap").outputs["UV"], checker.inputs["Vector"])
+    tree.links.new(checker.outputs["Color"], both.inputs["Color1"])
+    tree.links.new(named.outputs["Color"], both.inputs["Color2"])
+    tree.links.new(both.outputs["Color"], next(n for n in tree.nodes if n.type == "BSDF_DIFFUSE").inputs["Color"])
+
+
+def with_flat_faces(stage: Stage, _tree: bpy.types.NodeTree) -> None:
+    stage.ball.data.materials.append(tools.glossy("Second", (0.8, 0.8, 0.8), 0.3))
+    for i, face in enumerate(stage.ball.data.polygons):
+        face.material_index = i % 2
+
+
+def off_screen(stage: Stage, _tree: bpy.types.NodeTree) -> None:
+    """The box casts its shadow from outside the picture."""
+    stage.ball.location = (-2.2, -1.5, 1.0)
+    stage.scene.cycles.offscreen_dicing_scale = 8.0
+
+
+def with_dicing_camera(stage: Stage, _tree: bpy.types.NodeTree) -> None:
+    other = stage.camera.copy()
+    stage.scene.collection.objects.link(other)
+    other.location = (0, -12, 5)
+    stage.scene.cycles.dicing_camera = other
+
+
+def with_rate(stage: Stage, _tree: bpy.types.NodeTree) -> None:
+    stage.ball.cycles.dicing_rate = 3.0
+
+
+def few_levels(stage: Stage, _tree: bpy.types.NodeTree) -> None:
+    stage.scene.cycles.max_subdivisions = 2
+
+
+def bent(stage: Stage, _tree: bpy.types.NodeTree) -> None:
+    """A modifier before the subdivision."""
+    bend = stage.ball.modifiers.new("Bend", "SIMPLE_DEFORM")
+    bend.deform_method, bend.factor, bend.deform_axis = "TAPER", 0.6, "Z"
+    with bpy.context.temp_override(object=stage.ball):
+        bpy.ops.object.modifier_move_to_index(modifier="Bend", index=0)
+
+
+adaptive("geometry", "adaptive", "adaptive subdivision of a box of six faces")
+adaptive("geometry", "adaptive_simple", "the same, with simple subdivision", simple=True)
+adaptive("geometry", "adaptive_creases", "the same, with creases", creased)
+adaptive("geometry", "adaptive_ngons", "adaptive subdivision of faces with three and seven corners", with_ngons)
+adaptive("geometry", "adaptive_maps", "a UV map and colours of corners under adaptive subdivision", with_maps)
+adaptive("geometry", "adaptive_materials", "two materials under adaptive subdivision", with_flat_faces)
+adaptive("geometry", "adaptive_modifiers", "adaptive subdivision after another modifier", bent)
+adaptive("geometry", "adaptive_twice", "two objects with one mesh under adaptive subdivision", shown_twice)
+adaptive("displacement", "adaptive_displaced", "a noise that moves a box of six faces under adaptive subdivision", scale=0.5)
+adaptive("displacement", "adaptive_displaced_simple", "the same, with simple subdivision", simple=True, scale=0.5)
+adaptive("displacement", "adaptive_rate", "the same, with a dicing rate of the object", with_rate, scale=0.5)
+adaptive("displacement", "adaptive_camera", "the same, with a dicing camera", with_dicing_camera, scale=0.5)
+adaptive("displacement", "adaptive_offscreen", "the same, outside the picture, with an offscreen scale", off_screen, scale=0.5)
+adaptive("displacement", "adaptive_levels", "the same, with two subdivisions at most", few_levels, scale=0.3)
+
+
 @feature("geometry", "ray_visibility", "a ball that diffuse rays and shadows do not see")
 def _(stage):
     stage.sun()

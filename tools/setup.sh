@@ -3,7 +3,7 @@
 # benchmarks, `lint` for the checks of the sources, `fuzz` Clang, `pictures` for screenshots of the manual, `sanitize` for building TBB, `extension`
 # for packing and testing the extension.
 set -eu
-packages="g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev libtbb-dev
+packages="g++ cmake ninja-build libembree-dev libosd-dev libopenimageio-dev libopenexr-dev libglm-dev libtbb-dev
  pybind11-dev python3-dev python3-numpy python3-openvdb python3-markdown nlohmann-json3-dev libcli11-dev"
 [ "${BLENDER:-blender}" = blender ] && packages="$packages blender"
 # The second line has libraries of the system that official Blender uses.

@@ -13,7 +13,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'H'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'I'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -215,6 +215,11 @@ void fields(A& a, VolumeGrid& v) {
   all(a, v.name, v.components, v.index_from_object, v.bricks, v.values);
 }
 template <class A>
+void fields(A& a, SubdivisionDescription& v) {
+  all(a, v.scheme, v.face_sizes, v.corner_vertices, v.flat_faces, v.creased_edges, v.edge_sharpness, v.creased_vertices,
+      v.vertex_sharpness, v.keep_corners, v.uv_smoothing, v.in_pixels, v.edge_length, v.tangents);
+}
+template <class A>
 void fields(A& a, MeshDescription& mesh) {
   if constexpr (std::is_same_v<A, Hasher>) {
     const MeshDescription* shared = mesh.shared.get();
@@ -227,6 +232,7 @@ void fields(A& a, MeshDescription& mesh) {
       v.texture_space_location, v.texture_space_size);
   if (a.has('B')) all(a, v.strands, v.radii, v.strand_shape, v.strand_subdivisions);
   if (a.has('G')) all(a, v.grids, v.density_in_object_space);
+  if (a.has('I')) visit(a, v.subdivision);
 }
 template <class A>
 void fields(A& a, ObjectProperty& v) {
@@ -273,6 +279,10 @@ void fields(A& a, CameraDescription& v) {
   if (a.has('4')) visit(a, v.panorama);
   if (a.has('6')) all(a, v.motion, v.shutter);
 }
+template <class A>
+void fields(A& a, DicingDescription& v) {
+  all(a, v.camera, v.offscreen_scale, v.max_subdivisions);
+}
 template <class A, class Struct>
 void visit_settings(A& a, Struct& v) {
   for (const Setting<Struct>& row : setting_table<Struct>()) {
@@ -308,6 +318,7 @@ void fields(A& a, SceneDescription& v) {
   if (a.has('6')) visit(a, v.motion_keys);
   if (a.has('E')) visit(a, v.color);
   if (a.has('F')) visit(a, v.instance_origins);
+  if (a.has('I')) visit(a, v.dicing);
 }
 
 template <class A, class T>
@@ -329,6 +340,8 @@ void check_enums(const SceneDescription& d) {
   for (const MeshDescription& mesh : d.meshes) {
     check_enum(mesh.normal_domain, Domain::Face);
     check_enum(mesh.strand_shape, StrandShape::Round);
+    check_enum(mesh.subdivision.scheme, SubdivisionScheme::Simple);
+    check_enum(mesh.subdivision.uv_smoothing, UvSmoothing::All);
     for (const Attribute& attribute : mesh.attributes) check_enum(attribute.domain, Domain::Face);
   }
   for (const MaterialDescription& material : d.materials)
@@ -340,6 +353,8 @@ void check_enums(const SceneDescription& d) {
   }
   check_enum(d.camera.kind, CameraKind::Panorama);
   check_enum(d.camera.panorama.kind, PanoramaKind::CubemapFace);
+  check_enum(d.dicing.camera.kind, CameraKind::Panorama);
+  check_enum(d.dicing.camera.panorama.kind, PanoramaKind::CubemapFace);
   check_enum(d.settings.filter, FilterKind::BlackmanHarris);
   check_enum(d.settings.bump_terminator, BumpTerminator::Microfacet);
 }
@@ -350,7 +365,7 @@ uint64_t fingerprint(const SceneDescription& description) {
   Hasher hasher;
   auto& d = const_cast<SceneDescription&>(description);
   all(hasher, d.meshes, d.objects, d.instances, d.motion_keys, d.instance_origins, d.materials, d.images, d.color,
-      d.lights, d.world, d.hints, d.settings.reflective_caustics, d.settings.refractive_caustics,
+      d.lights, d.world, d.hints, d.dicing, d.settings.reflective_caustics, d.settings.refractive_caustics,
       d.settings.bump_terminator);
   return hasher.state;
 }

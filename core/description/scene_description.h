@@ -146,6 +146,43 @@ enum class StrandShape : uint8_t {
   Round    ///< a tube
 };
 
+enum class SubdivisionScheme : uint8_t {
+  None,
+  CatmullClark,  ///< the smooth surface to which repeated subdivision converges
+  Simple         ///< the faces as they are
+};
+
+/// Which boundaries of a UV map stay as they are when the map is made smooth with the surface.
+enum class UvSmoothing : uint8_t {
+  None,  ///< the map is not smooth
+  KeepCorners,
+  KeepCornersAndJunctions,
+  KeepCornersJunctionsAndConcave,
+  KeepBoundaries,
+  All  ///< the map is smooth everywhere
+};
+
+/// Adaptive subdivision: faces that are divided into triangles of about the size of a pixel when the scene is built
+/// (geometry/subdivision). In a mesh with faces, there are no triangles; data per triangle are per face, and a corner is
+/// one of `corner_vertices`.
+struct SubdivisionDescription {
+  SubdivisionScheme scheme = SubdivisionScheme::None;
+  std::vector<uint32_t> face_sizes;       ///< number of corners of each face, which follow one another
+  std::vector<uint32_t> corner_vertices;  ///< counter-clockwise in each face
+  std::vector<uint8_t> flat_faces;        ///< whether a face is shaded flat; empty: none
+  /// Sharpness as in OpenSubdiv: 0 is smooth, 10 is sharp.
+  std::vector<std::array<uint32_t, 2>> creased_edges;
+  std::vector<float> edge_sharpness;
+  std::vector<uint32_t> creased_vertices;
+  std::vector<float> vertex_sharpness;
+  bool keep_corners = false;  ///< a vertex with one face is sharp
+  UvSmoothing uv_smoothing = UvSmoothing::KeepBoundaries;
+  bool in_pixels = true;             ///< whether `edge_length` is in pixels, not in object space
+  float edge_length = 1.0f;          ///< of the triangles
+  std::vector<std::string> tangents; ///< names of the attributes of smooth tangents that the triangles get
+  bool empty() const { return face_sizes.empty(); }
+};
+
 /// Triangles in object space, or strands of hair, which have no triangles. A corner is one vertex of one triangle, with
 /// the index 3*t+k.
 struct MeshDescription {
@@ -169,6 +206,7 @@ struct MeshDescription {
   /// The volume keeps its optical depth when an instance is scaled: its coefficients are per unit of object space, as
   /// in volume objects of Blender.
   bool density_in_object_space = false;
+  SubdivisionDescription subdivision;
   /// If set, that mesh is used and no other field is read. A scene that is built after another one takes over the
   /// meshes that both share, with their structures, instead of copying and building them.
   std::shared_ptr<const MeshDescription> shared;
@@ -322,6 +360,13 @@ struct HintDescription {
   bool enabled = true;
 };
 
+/// What adaptive subdivision of all meshes follows.
+struct DicingDescription {
+  CameraDescription camera;      ///< whose pixels count; not present: that of the scene
+  float offscreen_scale = 4.0f;  ///< how much coarser surfaces become with the distance from the field of view
+  int max_subdivisions = 12;     ///< an edge of a face has at most 2^max_subdivisions pieces
+};
+
 struct SceneDescription {
   std::vector<MeshDescription> meshes;
   std::vector<ObjectDescription> objects;
@@ -335,6 +380,7 @@ struct SceneDescription {
   WorldDescription world;
   CameraDescription camera;
   std::vector<HintDescription> hints;
+  DicingDescription dicing;
   RenderSettings settings;
 };
 

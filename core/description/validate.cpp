@@ -27,6 +27,8 @@ uint64_t replace_non_finite(Container& values, float replacement) {
 
 /// Number of elements that an attribute must have in its domain.
 size_t domain_size(const MeshDescription& mesh, Domain domain) {
+  if (!mesh.subdivision.empty() && domain != Domain::Vertex)
+    return domain == Domain::Face ? mesh.subdivision.face_sizes.size() : mesh.subdivision.corner_vertices.size();
   switch (domain) {
     case Domain::Vertex: return mesh.positions.size();
     case Domain::Corner: return mesh.triangles.size() * 3;
@@ -174,9 +176,105 @@ uint64_t validate_grids(MeshDescription& mesh, Diagnostics& diagnostics) {
   return repaired;
 }
 
+/// Removes faces from every array per face and per corner; `keep` has one flag for each face.
+void compact_faces(MeshDescription& mesh, const std::vector<uint8_t>& keep) {
+  SubdivisionDescription& s = mesh.subdivision;
+  const std::vector<uint32_t> sizes = s.face_sizes;
+  const auto compact = [&](auto& array, bool per_corner, size_t each) {
+    size_t in = 0, out = 0;
+    for (size_t f = 0; f < keep.size() && !array.empty(); ++f) {
+      const size_t count = each * (per_corner ? sizes[f] : 1);
+      for (size_t k = 0; keep[f] && k < count; ++k) array[out++] = array[in + k];
+      in += count;
+    }
+    array.resize(out);
+  };
+  for (Attribute& attribute : mesh.attributes)
+    if (attribute.domain != Domain::Vertex)
+      compact(attribute.values, attribute.domain == Domain::Corner, size_t(attribute.components));
+  if (mesh.normal_domain == Domain::Corner) compact(mesh.normals, true, 1);
+  compact(mesh.material_slots, false, 1);
+  compact(s.flat_faces, false, 1);
+  compact(s.corner_vertices, true, 1);
+  compact(s.face_sizes, false, 1);
+}
+
+/// Removes creases that the mesh does not have, and brings the others into their range.
+template <class Element, class Known>
+void validate_creases(std::vector<Element>& elements, std::vector<float>& sharpness, const Known& known) {
+  constexpr float kSharpest = 10.0f;
+  sharpness.resize(elements.size(), 0.0f);
+  size_t out = 0;
+  for (size_t i = 0; i < elements.size(); ++i) {
+    if (!known(elements[i]) || !(sharpness[i] > 0.0f)) continue;
+    elements[out] = elements[i];
+    sharpness[out++] = std::min(sharpness[i], kSharpest);
+  }
+  elements.resize(out);
+  sharpness.resize(out);
+}
+
+/// A mesh for adaptive subdivision.
+void validate_faces(MeshDescription& mesh, ValidationCounts& counts, Diagnostics& diagnostics) {
+  const auto warn = [&](const std::string& text) { report_once(diagnostics, {Severity::Warning, mesh.name, text}); };
+  SubdivisionDescription& s = mesh.subdivision;
+  const size_t faces = s.face_sizes.size(), vertices = mesh.positions.size();
+  uint64_t corners = 0;
+  for (const uint32_t size : s.face_sizes) corners += size;
+  if (corners != s.corner_vertices.size() || corners > 0x7fffffffu || !mesh.triangles.empty()) {
+    warn("The corners do not match the faces; the mesh is left out.");
+    const std::string name = mesh.name;
+    mesh = MeshDescription();
+    mesh.name = name;
+    return;
+  }
+  if (mesh.material_slots.size() != faces) mesh.material_slots.clear();
+  if (s.flat_faces.size() != faces) s.flat_faces.clear();
+  if (mesh.normal_domain == Domain::Face || mesh.normals.size() != domain_size(mesh, mesh.normal_domain))
+    mesh.normals.clear();
+  for (Vec3& n : mesh.normals)
+    if (!is_finite(n)) n = Vec3(0.0f);
+  if (!(s.edge_length > 0.0f) || !std::isfinite(s.edge_length)) s.edge_length = 1.0f;
+  const uint64_t repaired = validate_attributes(mesh, diagnostics);
+  if (repaired > 0) warn(count_of(repaired, "invalid normal or attribute value") + " replaced.");
+  counts.repaired_values += repaired;
+  constexpr float kFarthest = 1e18f;
+  std::vector<uint8_t> bad_vertex(vertices, 0), keep(faces, 1);
+  for (size_t v = 0; v < vertices; ++v) {
+    bad_vertex[v] = !is_finite(mesh.positions[v]) || max_component(glm::abs(mesh.positions[v])) > kFarthest;
+    if (bad_vertex[v]) mesh.positions[v] = Vec3(0.0f);
+  }
+  uint64_t bad_faces = 0;
+  std::vector<uint32_t> sorted;
+  for (size_t f = 0, first = 0; f < faces; first += s.face_sizes[f++]) {
+    sorted.assign(s.corner_vertices.begin() + ptrdiff_t(first),
+                  s.corner_vertices.begin() + ptrdiff_t(first + s.face_sizes[f]));
+    std::sort(sorted.begin(), sorted.end());
+    const bool bad = sorted.size() < 3 || sorted.back() >= vertices ||
+                     std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end() ||
+                     std::any_of(sorted.begin(), sorted.end(), [&](uint32_t v) { return bad_vertex[v] != 0; });
+    keep[f] = !bad;
+    bad_faces += bad;
+  }
+  if (bad_faces > 0) {
+    warn(count_of(bad_faces, "face") + " with invalid vertices left out.");
+    compact_faces(mesh, keep);
+  }
+  counts.skipped_triangles += bad_faces;
+  validate_creases(s.creased_edges, s.edge_sharpness,
+                   [&](const auto& edge) { return edge[0] < vertices && edge[1] < vertices && edge[0] != edge[1]; });
+  validate_creases(s.creased_vertices, s.vertex_sharpness, [&](uint32_t v) { return v < vertices; });
+}
+
 void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics& diagnostics) {
   if (!mesh.strands.empty()) {
+    mesh.subdivision = {};
     validate_strands(mesh, counts, diagnostics);
+    return;
+  }
+  if (mesh.subdivision.scheme == SubdivisionScheme::None) mesh.subdivision = {};
+  if (!mesh.subdivision.empty()) {
+    validate_faces(mesh, counts, diagnostics);
     return;
   }
   mesh.radii.clear();
@@ -272,6 +370,18 @@ void validate_camera(const CameraDescription& camera) {
     throw SceneError("Camera '" + camera.name + "': Clip End must be greater than Clip Start.");
 }
 
+/// A dicing camera that sees nothing is not used.
+void validate_dicing(DicingDescription& dicing) {
+  dicing.max_subdivisions = std::clamp(dicing.max_subdivisions, 0, 16);
+  if (!(dicing.offscreen_scale >= 1.0f) || !std::isfinite(dicing.offscreen_scale)) dicing.offscreen_scale = 1.0f;
+  if (!dicing.camera.present) return;
+  try {
+    validate_camera(dicing.camera);
+  } catch (const SceneError&) {
+    dicing.camera.present = false;
+  }
+}
+
 /// Numbers from instancers that are not finite become 0, and so do all numbers of an instance with an invalid index.
 void validate_origins(SceneDescription& d) {
   const auto mend = [](float& x) { x = std::isfinite(x) ? x : 0.0f; };
@@ -320,6 +430,7 @@ void validate_view(const CameraDescription& camera, RenderSettings& settings) {
 ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
   ValidationCounts counts;
   validate_view(d.camera, d.settings);
+  validate_dicing(d.dicing);
   for (MeshDescription& mesh : d.meshes) validate_mesh(mesh, counts, diagnostics);
   const auto repair = [](float& importance) {
     if (!std::isfinite(importance) || importance < 0.0f) importance = 1.0f;

@@ -6,6 +6,7 @@
 #include "geometry/uv_tangents.h"
 #include "integrators/gather_passes.h"
 #include "integrators/integrator.h"
+#include "scene/dice_meshes.h"
 #include "scene/scene.h"
 #include "shading/images/texture.h"
 #include "transport/bidirectional/further_samples.h"
@@ -37,6 +38,19 @@ uint64_t bytes_of(const MeshDescription& mesh) {
            strands * (sizeof(uint32_t) + sizeof(float)) + segments * sizeof(uint32_t);
   if (!mesh.material_slots.empty()) bytes += segments * sizeof(uint16_t);  // per segment, not per strand
   return bytes - points * sizeof(Vec3);                                    // the keys replace the positions
+}
+
+/// What the triangles of an adaptive subdivision need, about.
+uint64_t bytes_after_subdivision(const MeshDescription& mesh, const DicingRate& rate) {
+  const uint64_t triangles = uint64_t(estimate_diced_triangles(mesh, rate)), vertices = triangles / 2;
+  uint64_t bytes = vertices * 2 * sizeof(Vec3) + triangles * (sizeof(UVec3) + sizeof(uint16_t)) +
+                   mesh.subdivision.tangents.size() * triangles * 3 * sizeof(Vec4);
+  for (const Attribute& attribute : mesh.attributes)
+    bytes += uint64_t(attribute.components) * sizeof(float) *
+             (attribute.domain == Domain::Vertex   ? vertices
+              : attribute.domain == Domain::Corner ? 3 * triangles
+                                                   : triangles);
+  return bytes + triangles * kStructureBytesPerTriangle;
 }
 
 /// What the displacement of its materials adds to each mesh: the original positions, normals and tangents.
@@ -120,7 +134,9 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
     const MeshDescription& mesh = d.meshes[i].shared ? *d.meshes[i].shared : d.meshes[i];
     add(geometry, mesh.name,
         bytes_of(mesh) + displacements[i] + mesh.triangles.size() * kStructureBytesPerTriangle +
-            kStructureBytesPerMesh + (mesh.strands.empty() ? 0 : segments_of(mesh) * kStructureBytesPerSegment));
+            kStructureBytesPerMesh +
+            (mesh.subdivision.empty() ? 0 : bytes_after_subdivision(mesh, dicing_rate_of(d, i, dicing_pixels(d)))) +
+            (mesh.strands.empty() ? 0 : segments_of(mesh) * kStructureBytesPerSegment));
   }
   instances.bytes = d.instances.size() * (sizeof(BuiltInstance) + kStructureBytesPerInstance) +
                     d.motion_keys.size() * sizeof(Mat4) + d.instance_origins.size() * sizeof(InstanceOrigin);

@@ -9,6 +9,7 @@
 #include "description/validate.h"
 #include "math/random.h"
 #include "scene/accel.h"
+#include "scene/dice_meshes.h"
 #include "scene/displace.h"
 #include "shading/images/color_spaces.h"
 
@@ -209,6 +210,10 @@ class Scene::Builder {
     s_.camera_ = Camera(d_.camera, d_.settings.width, d_.settings.height);
     s_.statistics_.skipped_triangles = counts.skipped_triangles;
     s_.statistics_.repaired_values = counts.repaired_values;
+    if (has_subdivision(d_)) {
+      step("Subdividing meshes", 0.05f);
+      dice_meshes(d_, diagnostics_, options_.stop);
+    }
     step("Preparing geometry", 0.1f);
     take_meshes();
     add_instances();

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import bpy
 
 from ..headless import Options
-from . import camera, hints, images, motion, objects, settings, world
+from . import camera, hints, images, motion, objects, settings, subdivision, world
 from .context import ExportCancelled, ExportContext
 from .known_objects import KnownObjects, OutOfDate
 from .mesh_cache import MeshCache
@@ -24,12 +24,13 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
     """Export the scene with `camera_object` as its camera. Raises ExportCancelled soon after `is_cancelled` returns True. Motion blur needs
     `frame_set`; after its call, objects that were evaluated before must not be used."""
     context = ExportContext(depsgraph, is_cancelled, report_step)
+    subdivision.prepare(context, frame_set)
     if not motion.is_wanted(context.scene, context.view_layer):
         frame_set = None
     if frame_set is not None:
         context.appearances = []
     settings.export(context, options, passes)
-    camera.export(context, camera_object)
+    camera.export(context, camera_object.original.evaluated_get(depsgraph) if camera_object is not None else None)
     export_contents(context)
     if frame_set is not None:
         motion.export(context, camera_object, frame_set)
@@ -39,6 +40,7 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
 def export_contents(context: ExportContext) -> None:
     """Export all that does not depend on the camera."""
     images.export_color_spaces(context)
+    subdivision.export_settings(context)
     world.export(context)
     objects.export(context)
     hints.export(context)

@@ -19,9 +19,13 @@ _PANORAMAS = {
 
 
 def export(context: ExportContext, camera_object: bpy.types.Object | None) -> None:
-    out = context.description.camera
     if camera_object is None or camera_object.type != "CAMERA":
         return  # the core reports it
+    describe(context, context.description.camera, camera_object)
+
+
+def describe(context: ExportContext, out: ajar.CameraDescription, camera_object: bpy.types.Object) -> None:
+    """Set `out` to what a camera sees in the frame of the scene."""
     camera = camera_object.data
     context.warn_all(camera_object.name, unsupported.asked_of(camera, unsupported.CAMERA))
     out.present = True

@@ -28,8 +28,7 @@ class ExportContext:
     def __init__(self, depsgraph: bpy.types.Depsgraph, is_cancelled: Callable[[], bool], report_step: Callable[[str], None],
                  meshes: MeshCache | None = None, is_hidden: Callable[[bpy.types.DepsgraphObjectInstance], bool] | None = None) -> None:
         self.depsgraph = depsgraph
-        self.scene = depsgraph.scene_eval
-        self.view_layer = depsgraph.view_layer_eval
+        self.refresh()
         # Since 4.3, a view layer can have its own world.
         self.world: bpy.types.World | None = getattr(self.view_layer, "world_override", None) or self.scene.world
         self.description = ajar.SceneDescription()
@@ -49,6 +48,7 @@ class ExportContext:
         self.importance_of_collections: dict[int, float] | None = None
         self.importance_of_light_groups: dict[str, float] = {}
         self.appearances: list[tuple] | None = None      # with motion blur: the key of each instance (motion.identity)
+        self.base_is_evaluated: set[int] = set()   # addresses of objects that are evaluated without the modifier of adaptive subdivision
         self.report_step = report_step
         self._is_cancelled = is_cancelled
         self._next_check = 0.0
@@ -57,6 +57,11 @@ class ExportContext:
                 self.importance_of_light_groups[group.name] = group.importance
             else:
                 self.warn(self.view_layer.name, "its light group {group} does not exist, so that the importance of this group is not used", group=group.name)
+
+    def refresh(self) -> None:
+        """Called after an evaluation."""
+        self.scene = self.depsgraph.scene_eval
+        self.view_layer = self.depsgraph.view_layer_eval
 
     def warn_all(self, name: str, messages: Iterable[str]) -> None:
         for message in messages:

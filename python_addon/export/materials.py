@@ -32,17 +32,8 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
             graph = ajar.NodeGraph()
             _diffuse(graph, tuple(material.diffuse_color))
         context.materials[key] = context.description.add_material(name=material.name, graph=graph, pass_index=material.pass_index,
-                                                                        displacement_method=_displacement_method(context, material))
+                                                                        displacement_method=_DISPLACEMENT_METHODS[plain.of(compat.displacement_owner(material)).displacement_method])
     return context.materials[key]
-
-
-def _displacement_method(context: ExportContext, material: bpy.types.Material) -> ajar.DisplacementMethod:
-    """That of the material. Without adaptive subdivision, which is not supported, the vertices are too few for the detail, which bump shows instead."""
-    method = plain.of(compat.displacement_owner(material)).displacement_method
-    if method == "DISPLACEMENT" and any(unsupported.is_adaptive(thing) and any(slot.material is not None and slot.material.original == material.original
-                                                                               for slot in thing.material_slots) for thing in context.scene.objects):
-        method = "BOTH"
-    return _DISPLACEMENT_METHODS[method]
 
 
 def export_of_volume(context: ExportContext, material: bpy.types.Material | None) -> int:

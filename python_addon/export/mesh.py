@@ -47,11 +47,45 @@ def arrays(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified:
         attributes += _undeformed(mesh, positions)
     context.check_cancelled()
     location, size = compat.texture_space(mesh)
-    active = mesh.uv_layers.active
-    rendered = next((layer.name for layer in mesh.uv_layers if layer.active_render), active.name if active else "")
     return {"name": name, "positions": positions, "triangles": triangles, "material_slots": slots, "normals": normals,
-            "normal_domain": normal_domain, "attributes": attributes, "active_uv": rendered,
+            "normal_domain": normal_domain, "attributes": attributes, "active_uv": _rendered_map(mesh),
             "texture_space_location": location, "texture_space_size": size}
+
+
+def face_arrays(context: ExportContext, mesh: bpy.types.Mesh, name: str, keeps_normals: bool) -> dict | None:
+    """The arguments of `ajar.make_mesh` for a mesh that is divided into triangles later, with "faces", the numbers of corners, "corners", their vertices,
+    and "flat", the faces that are shaded flat. None if there are no faces."""
+    count = len(mesh.polygons)
+    if count == 0:
+        return None
+    context.check_cancelled()
+    sizes, starts = _read(mesh.polygons, "loop_total", 1, np.int32), _read(mesh.polygons, "loop_start", 1, np.int32)
+    ends = np.cumsum(sizes, dtype=np.int64)
+    loops = np.arange(ends[-1]) + np.repeat(starts - (ends - sizes), sizes)   # in the order of the faces
+    polygons = np.arange(count)
+    positions = _read(mesh.vertices, "co", 3, np.float32)
+    corners = _read(mesh.loops, "vertex_index", 1, np.uint32)[loops]
+    smooth = _smooth(mesh)
+    normals = None
+    split = keeps_normals and compat.has_split_normals(mesh)
+    if keeps_normals and smooth.any():
+        normals = compat.corner_normals(mesh)[loops] if split else compat.vertex_normals(mesh)
+    materials = compat.polygon_materials(mesh)
+    attributes = _uv_maps(mesh, loops) + _colors(mesh, loops, polygons) + _requested(context, mesh, loops, polygons)
+    attributes += _analysed(context, mesh, positions, corners[ends - sizes].reshape(-1, 1))
+    if context.uses_generated:
+        attributes += _undeformed(mesh, positions)
+    location, size = compat.texture_space(mesh)
+    return {"name": name, "positions": positions, "triangles": np.zeros((0, 3), dtype=np.uint32),
+            "material_slots": materials.astype(np.uint16) if materials is not None and materials.any() else None, "normals": normals,
+            "normal_domain": ajar.Domain.Corner if split else ajar.Domain.Vertex, "attributes": attributes, "active_uv": _rendered_map(mesh),
+            "texture_space_location": location, "texture_space_size": size, "faces": sizes.astype(np.uint32), "corners": corners,
+            "flat": ~smooth if not smooth.all() else None}
+
+
+def _rendered_map(mesh: bpy.types.Mesh) -> str:
+    active = mesh.uv_layers.active
+    return next((layer.name for layer in mesh.uv_layers if layer.active_render), active.name if active else "")
 
 
 def _read(collection: bpy.types.bpy_prop_collection, name: str, columns: int, kind: type) -> np.ndarray:

@@ -16,7 +16,7 @@ import numpy as np
 from .. import compat, plain, unsupported
 from ..ajar_module import ajar
 from ..translations import interface
-from . import lights, materials, mesh, motion, named_values, origins, smoke, strands, volumes
+from . import lights, materials, mesh, motion, named_values, origins, smoke, strands, subdivision, volumes
 from .context import ExportContext, rows_3x4
 from .known_objects import OutOfDate, look_of
 
@@ -404,6 +404,8 @@ def _export_mesh(context: ExportContext, geometry: Geometry) -> tuple[int, ajar.
     if geometry.is_volume:
         return _export_volume(context, geometry)
     is_surface = isinstance(geometry.data, bpy.types.Mesh) and not geometry.is_hair
+    if is_surface and geometry.is_own and subdivision.wanted(context, geometry.owner) is not None:
+        return _export_faces(context, geometry)
     if cache is None:
         found = _arrays(context, geometry) if is_surface else _strands(context, geometry)
         add = description.add_mesh if is_surface else description.add_strands
@@ -416,6 +418,19 @@ def _export_mesh(context: ExportContext, geometry: Geometry) -> tuple[int, ajar.
         cache.exported += 1
     shared = cache.known[key]
     return (description.add_shared_mesh(shared) if shared is not None else mesh.EMPTY), shared
+
+
+def _export_faces(context: ExportContext, geometry: Geometry) -> tuple[int, ajar.MeshDescription | None]:
+    """Like _export_mesh, for adaptive subdivision."""
+    cache = context.meshes
+    key = (*cache.key(context, geometry.owner, geometry.data), subdivision.signature(context, geometry.owner)) if cache is not None else ()
+    shared = cache.known.get(key) if cache is not None else None
+    if shared is None:
+        shared = subdivision.export(context, geometry.owner, geometry.data)
+        if cache is not None:
+            cache.known[key] = shared
+            cache.exported += 1
+    return (context.description.add_shared_mesh(shared) if shared is not None else mesh.EMPTY), shared
 
 
 def _export_volume(context: ExportContext, geometry: Geometry) -> tuple[int, ajar.MeshDescription | None]:

@@ -50,6 +50,27 @@ class AJAR_OBJECT_PT_shading(ObjectPanel, Panel):
         self.column().prop(compat.terminator_owner(context.object), "shadow_terminator_geometry_offset", text="Shadow Terminator Offset")
 
 
+class AJAR_OBJECT_PT_subdivision(ObjectPanel, Panel):
+    """Since 5.0, the modifier has these settings."""
+
+    bl_label = "Adaptive Subdivision"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.object.type == "MESH" and not compat.adapts_by_modifier()
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.object.ajar, "use_adaptive_subdivision", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, settings = self.column(), context.object.ajar
+        column.active = settings.use_adaptive_subdivision
+        column.prop(settings, "dicing_rate")
+        modifiers = context.object.modifiers
+        if settings.use_adaptive_subdivision and (len(modifiers) == 0 or modifiers[-1].type != "SUBSURF"):
+            say(column, "The last modifier must be a Subdivision Surface", context, "ERROR")
+
+
 class AJAR_OBJECT_PT_visibility(ObjectPanel, Panel):
     bl_label = "Visibility"
 
@@ -109,5 +130,5 @@ class AJAR_COLLECTION_PT_importance(AjarPanel, Panel):
         self.column().prop(context.collection.ajar, "importance")
 
 
-CLASSES = (AJAR_OBJECT_PT_motion_blur, AJAR_OBJECT_PT_shading, AJAR_OBJECT_PT_visibility, AJAR_OBJECT_PT_ray_visibility, AJAR_OBJECT_PT_importance,
+CLASSES = (AJAR_OBJECT_PT_motion_blur, AJAR_OBJECT_PT_shading, AJAR_OBJECT_PT_subdivision, AJAR_OBJECT_PT_visibility, AJAR_OBJECT_PT_ray_visibility, AJAR_OBJECT_PT_importance,
            AJAR_COLLECTION_PT_importance)

@@ -193,6 +193,21 @@ class AJAR_RENDER_PT_curves(AjarPanel, Panel):
             column.prop(settings, "curve_subdivisions")
 
 
+class AJAR_RENDER_PT_subdivision(AjarPanel, Panel):
+    bl_label = "Subdivision"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings = context.scene.ajar
+        column = self.column()
+        rates = column.column(align=True)
+        draw_inherited(rates, settings, "dicing_rate", text="Dicing Rate Render")
+        draw_inherited(rates, settings, "preview_dicing_rate", text="Viewport")
+        draw_inherited(column, settings, "offscreen_dicing_scale")
+        draw_inherited(column, settings, "max_subdivisions")
+        column.prop(settings, "dicing_camera")
+
+
 class AJAR_RENDER_PT_motion_blur(AjarPanel, Panel):
     bl_label = "Motion Blur"
     bl_options = {"DEFAULT_CLOSED"}
@@ -334,4 +349,4 @@ def _statistics(values: dict) -> list[tuple[str, str]]:
     return rows
 
 
-CLASSES = (AJAR_RENDER_PT_checks, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_MT_direct, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_film, AJAR_RENDER_PT_curves, AJAR_RENDER_PT_motion_blur, AJAR_RENDER_PT_shutter_curve, AJAR_RENDER_PT_performance, AJAR_RENDER_PT_compositor, AJAR_RENDER_PT_checkpoint, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan)
+CLASSES = (AJAR_RENDER_PT_checks, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_MT_direct, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_film, AJAR_RENDER_PT_curves, AJAR_RENDER_PT_subdivision, AJAR_RENDER_PT_motion_blur, AJAR_RENDER_PT_shutter_curve, AJAR_RENDER_PT_performance, AJAR_RENDER_PT_compositor, AJAR_RENDER_PT_checkpoint, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan)

@@ -1,6 +1,7 @@
 """Downloads the pinned libraries and headers of the extension into one prefix.
 
     prefix/include            Embree 4, OpenImageIO 3, pybind11 prefix/lib                the libraries of the wheels, which are linked
+    prefix/opensubdiv         the part of OpenSubdiv that the module compiles into itself
     prefix/python3.13/include headers of a Python that the machine may not have prefix/bin/patchelf
 
 Embree and TBB come from the wheel of embreex, Open Image Denoise (for the CPU) from that of pyoidn, OpenImageIO from its own wheel: official builds for glibc 2.28 and newer. The *.lock files in this
@@ -113,6 +114,7 @@ def _unpack(downloads: Path, prefix: Path) -> None:
             archive.extractall(parts / "openimageio_source", filter="data")
         else:                                    # Debian 12's Python
             archive.extractall(parts / "openimageio_source")
+    _unpack_opensubdiv(downloads, prefix)
     source = next((parts / "openimageio_source").iterdir())
     oiio = prefix / "include" / "OpenImageIO"
     shutil.copytree(source / "src" / "include" / "OpenImageIO", oiio)
@@ -125,6 +127,25 @@ def _unpack(downloads: Path, prefix: Path) -> None:
         shutil.copy2(path, prefix / "licenses" / name)
     (prefix / "licenses" / "OpenImageDenoise.txt").write_text(OIDN_LICENSE)
     shutil.rmtree(parts)
+
+
+def _unpack_opensubdiv(downloads: Path, prefix: Path) -> None:
+    """The folders that describe and evaluate surfaces. They need no other library."""
+    with tarfile.open(next(downloads.glob("opensubdiv_*.orig.tar.xz"))) as archive:
+        for member in archive:
+            below = member.name.split("/")[1:]   # without the folder of the version
+            if not member.isfile() or ".." in below:
+                continue
+            if below == ["LICENSE.txt"]:
+                target = prefix / "licenses" / "OpenSubdiv.txt"
+            elif below == ["opensubdiv", "version.h"] or (len(below) == 3 and below[0] == "opensubdiv" and below[1] in ("far", "sdc", "vtr")):
+                target = prefix / "opensubdiv" / Path(*below)
+            else:
+                continue
+            content = archive.extractfile(member)
+            if content is not None:
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.write_bytes(content.read())
 
 
 def _oiio_version_header(template: str, source: Path) -> str:

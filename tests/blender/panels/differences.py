@@ -41,6 +41,10 @@ REPLACED = {
     **{("CyclesCameraSettings", name): ("AjarCameraSettings", name)
        for name in ("panorama_type", "fisheye_fov", "fisheye_lens", "latitude_min", "latitude_max", "longitude_min", "longitude_max",
                     *(f"fisheye_polynomial_k{i}" for i in range(5)))},
+    **{("CyclesRenderSettings", name): ("AjarSceneSettings", name)
+       for name in ("dicing_rate", "preview_dicing_rate", "max_subdivisions", "dicing_camera", "offscreen_dicing_scale")},
+    ("CyclesObjectSettings", "use_adaptive_subdivision"): ("AjarObjectSettings", "use_adaptive_subdivision"),
+    ("CyclesObjectSettings", "dicing_rate"): ("AjarObjectSettings", "dicing_rate"),
     ("CyclesRenderLayerSettings", "use_pass_volume_direct"): ("AjarViewLayerSettings", "use_pass_volume_direct"),
     ("CyclesRenderLayerSettings", "use_pass_volume_indirect"): ("AjarViewLayerSettings", "use_pass_volume_indirect"),
     ("CyclesRenderLayerSettings", "pass_debug_sample_count"): ("AjarViewLayerSettings", "use_pass_sample_count"),
@@ -75,8 +79,6 @@ ABSENT = {
         "preview_denoiser", "preview_denoising_input_passes", "preview_denoising_prefilter", "preview_denoising_quality", "preview_denoising_start_sample",
         "preview_denoising_use_gpu")},
     **{("CyclesRenderSettings", name): STEPS for name in ("volume_step_rate", "volume_preview_step_rate", "volume_max_steps", "volume_biased")},
-    **{("CyclesRenderSettings", name): "setting of adaptive subdivision, which is reported for the object" for name in (
-        "dicing_rate", "preview_dicing_rate", "max_subdivisions", "dicing_camera", "offscreen_dicing_scale")},
     ("CyclesRenderSettings", "bake_type"): BAKE,
     **{("template_ID", f"{name}_collection"): "light linking is not supported yet; it is reported for the object. Since 4.3, Blender shows it for every engine" for name in ("receiver", "blocker")},
     ("CyclesMaterialSettings", "use_transparent_shadow"): REPORTED,
@@ -99,8 +101,6 @@ ABSENT = {
     ("CyclesObjectSettings", "is_caustics_receiver"): MNEE,
     ("CyclesObjectSettings", "ao_distance"): "setting of Fast GI, which is reported",
     ("CyclesObjectSettings", "shadow_terminator_offset"): REPORTED,
-    ("CyclesObjectSettings", "use_adaptive_subdivision"): REPORTED,
-    ("CyclesObjectSettings", "dicing_rate"): "setting of adaptive subdivision, which is reported for the object",
     ("CyclesRenderSettings", "use_pixel_jitter"): "setting for debugging Cycles",
     ("CyclesRenderLayerSettings", "denoising_pass_follow_reflections"): "Denoising Data always follows reflections",
     ("CyclesRenderLayerSettings", "denoising_pass_use_albedo_roughness_weighting"): "detail of Cycles' Denoising Data",

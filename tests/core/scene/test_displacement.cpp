@@ -5,7 +5,7 @@
 #include "render/memory_estimate.h"
 #include "scene_fixtures.h"
 
-namespace ajar {
+namespace ajar::test_displacement {
 namespace {
 
 using namespace fixtures;
@@ -248,4 +248,4 @@ TEST(Displacement, StartsFromTheOriginalMeshInEachScene) {
 }
 
 }  // namespace
-}  // namespace ajar
+}  // namespace ajar::test_displacement
