@@ -897,12 +897,12 @@ def off_screen(stage: Stage, _tree: bpy.types.NodeTree) -> None:
 def with_dicing_camera(stage: Stage, _tree: bpy.types.NodeTree) -> None:
     other = stage.camera.copy()
     stage.scene.collection.objects.link(other)
-    other.location = (0, -12, 5)
+    other.location = (0, -7, 3)
     stage.scene.cycles.dicing_camera = other
 
 
 def with_rate(stage: Stage, _tree: bpy.types.NodeTree) -> None:
-    stage.ball.cycles.dicing_rate = 3.0
+    stage.ball.cycles.dicing_rate = 2.0
 
 
 def few_levels(stage: Stage, _tree: bpy.types.NodeTree) -> None:

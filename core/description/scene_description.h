@@ -177,9 +177,9 @@ struct SubdivisionDescription {
   std::vector<float> vertex_sharpness;
   bool keep_corners = false;  ///< a vertex with one face is sharp
   UvSmoothing uv_smoothing = UvSmoothing::KeepBoundaries;
-  bool in_pixels = true;             ///< whether `edge_length` is in pixels, not in object space
-  float edge_length = 1.0f;          ///< of the triangles
-  std::vector<std::string> tangents; ///< names of the attributes of smooth tangents that the triangles get
+  bool in_pixels = true;              ///< whether `edge_length` is in pixels, not in object space
+  float edge_length = 1.0f;           ///< of the triangles
+  std::vector<std::string> tangents;  ///< names of the attributes of smooth tangents that the triangles get
   bool empty() const { return face_sizes.empty(); }
 };
 

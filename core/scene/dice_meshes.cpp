@@ -66,7 +66,8 @@ DicingRate dicing_rate_of(const SceneDescription& d, size_t mesh, const PixelSiz
   const size_t count = std::min(instances.size(), kMostInstances);
   const auto finer = [](const auto& a, const auto& b) { return a.first < b.first; };
   std::partial_sort(instances.begin(), instances.begin() + ptrdiff_t(count), instances.end(), finer);
-  for (size_t i = 0; i < count; ++i) rate.world_from_object.push_back(to_matrix(instances[i].second->world_from_object));
+  for (size_t i = 0; i < count; ++i)
+    rate.world_from_object.push_back(to_matrix(instances[i].second->world_from_object));
   return rate;
 }
 
@@ -90,9 +91,10 @@ void dice_meshes(SceneDescription& d, Diagnostics& diagnostics, const std::atomi
       report_once(diagnostics, {Diagnostic::Severity::Warning, mesh.name,
                                 "Its faces cannot be smoothed; they are divided as they are."});
     if (report.coarser > 1.0f)
-      report_once(diagnostics, {Diagnostic::Severity::Warning, mesh.name,
-                                "Adaptive subdivision would need more memory than this machine has; its triangles are " +
-                                    rounded(report.coarser) + " times as long. Increase the dicing rate."});
+      report_once(diagnostics,
+                  {Diagnostic::Severity::Warning, mesh.name,
+                   "Adaptive subdivision would need more memory than this machine has; its triangles are " +
+                       rounded(report.coarser) + " times as long. Increase the dicing rate."});
   }
 }
 

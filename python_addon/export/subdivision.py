@@ -49,8 +49,8 @@ def wanted(context: ExportContext, thing: bpy.types.Object) -> Wanted | None:
             return None
         in_pixels = modifier.adaptive_space == "PIXEL"
         return Wanted(modifier, in_pixels, max(0.1, modifier.adaptive_pixel_size * rate) if in_pixels else modifier.adaptive_object_edge_length * rate)
-    own = plain.of(thing.ajar)
-    if not own.use_adaptive_subdivision or not (inherited.is_own(thing.ajar, "use_adaptive_subdivision") or compat.is_experimental(context.scene)):
+    own = plain.of(thing.original.ajar)
+    if not own.use_adaptive_subdivision or not (inherited.is_own(thing.original.ajar, "use_adaptive_subdivision") or compat.is_experimental(context.scene)):
         return None
     return Wanted(modifier, True, max(0.1, own.dicing_rate * rate))
 

@@ -254,6 +254,28 @@ TEXTS = {
     "Tubes along smooth curves": "Röhren entlang glatter Kurven",
     "Linear 3D Curves": "Lineare 3D-Kurven",
     "Tubes of straight pieces": "Röhren aus geraden Stücken",
+    # ---- Adaptive subdivision -----------------------------------------------------------------------------------------
+    "Subdivision": "Unterteilung",
+    "Adaptive Subdivision": "Adaptive Unterteilung",
+    "Divides the faces before the last Subdivision Surface modifier into triangles of the size of a pixel, instead of the levels of the modifier":
+        "Teilt die Flächen vor dem letzten Modifikator Flächenunterteilung in Dreiecke von der Größe eines Pixels, anstelle der Stufen des Modifikators",
+    "Dicing Scale": "Skalierung der Unterteilung",
+    "Factor of the size of the triangles of this object": "Faktor der Größe der Dreiecke dieses Objekts",
+    "Dicing Rate": "Größe der Dreiecke",
+    "Dicing Rate Render": "Größe der Dreiecke, Render",
+    "Viewport": "Ansichtsfenster",
+    "Size of the triangles of adaptive subdivision in pixels, in final renders": "Größe der Dreiecke der adaptiven Unterteilung in Pixeln, beim Rendern",
+    "Viewport Dicing Rate": "Größe der Dreiecke im Ansichtsfenster",
+    "Size of the triangles of adaptive subdivision in pixels, in the rendered 3D view":
+        "Größe der Dreiecke der adaptiven Unterteilung in Pixeln, in der gerenderten 3D-Ansicht",
+    "Offscreen Scale": "Skalierung außerhalb des Bilds",
+    "How much larger the triangles become with the distance from the camera's view": "Um wie viel größer die Dreiecke mit dem Abstand vom Sichtfeld der Kamera werden",
+    "Max Subdivisions": "Höchstzahl der Unterteilungen",
+    "An edge is halved at most this many times": "So oft wird eine Kante höchstens halbiert",
+    "Dicing Camera": "Kamera der Unterteilung",
+    "Camera whose pixels adaptive subdivision follows. Without one, that of the scene":
+        "Kamera, deren Pixeln die adaptive Unterteilung folgt. Ohne sie gilt die Kamera der Szene",
+    "The last modifier must be a Subdivision Surface": "Der letzte Modifikator muss eine Flächenunterteilung sein",
     "Curve Subdivisions": "Kurvenunterteilungen",
     "Subdivisions of each segment of a ribbon": "Unterteilungen jedes Abschnitts eines Bandes",
     "Position": "Position",
@@ -543,7 +565,6 @@ TEXTS = {
     "the pass Render Time is not supported": "der Durchgang Renderzeit wird nicht unterstützt",
     "the pass {name} is not supported: AOV Output nodes are ignored": "der Durchgang {name} wird nicht unterstützt: AOV-Ausgabeknoten werden ignoriert",
     "shadow catchers are not supported: the object is rendered as it is": "Schattenfänger werden nicht unterstützt: das Objekt wird gerendert, wie es ist",
-    "adaptive subdivision is not supported: the modifier's own levels are used": "adaptive Unterteilung wird nicht unterstützt: die Stufen des Modifikators gelten",
     "its Shadow Terminator Shading Offset is not supported and is ignored": "sein Schattierungsversatz der Schattengrenze wird nicht unterstützt und ignoriert",
     "Max Bounces of a lamp is not supported: its light is followed like any other":
         "eine Höchstzahl von Reflexionen einer Lampe wird nicht unterstützt: ihr Licht wird wie jedes andere verfolgt",

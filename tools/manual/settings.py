@@ -37,6 +37,8 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
         "AJAR_RENDER_PT_film": ("The brightness of the picture, the filter of its pixels, and whether the world is transparent in it. *Transparent* is a setting of Blender.", (
             "Scene.exposure", "Scene.filter", "Scene.filter_width")),
         "AJAR_RENDER_PT_curves": ("The shape of hair and curves. More: [Hair](rendering.md#hair).", ("Scene.curve_shape", "Scene.curve_subdivisions")),
+        "AJAR_RENDER_PT_subdivision": ("How finely adaptive subdivision divides surfaces. More: [Adaptive subdivision](rendering.md#adaptive-subdivision).", (
+            "Scene.dicing_rate", "Scene.preview_dicing_rate", "Scene.offscreen_dicing_scale", "Scene.max_subdivisions", "Scene.dicing_camera")),
         "AJAR_RENDER_PT_motion_blur": ("Blurs objects and the camera that move while the shutter is open. *Shutter* is a setting of Blender. "
                                        "More: [Cameras and motion blur](rendering.md#cameras-and-motion-blur).", ("Scene.motion_blur_position",)),
         "AJAR_RENDER_PT_shutter_curve": (f"How far the shutter is open at each moment. {BLENDERS}", ()),
@@ -74,6 +76,8 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
         "AJAR_OBJECT_PT_motion_blur": ("Whether and how the object is blurred. More: [Cameras and motion blur](rendering.md#cameras-and-motion-blur).", (
             "Object.use_motion_blur", "Object.motion_steps", "Object.use_deform_motion")),
         "AJAR_OBJECT_PT_shading": ("How shadows at the edge of light are corrected on coarse smooth meshes.", ("Object.shadow_terminator_geometry_offset",)),
+        "AJAR_OBJECT_PT_subdivision": ("Adaptive subdivision of the object. Since Blender 5.0, these are settings of the modifier Subdivision Surface. "
+                                       "More: [Adaptive subdivision](rendering.md#adaptive-subdivision).", ("Object.use_adaptive_subdivision", "Object.dicing_rate")),
         "AJAR_OBJECT_PT_visibility": (f"Where the object is shown. {BLENDERS}", ()),
         "AJAR_OBJECT_PT_ray_visibility": (f"Which rays see the object. {BLENDERS}", ()),
         "AJAR_OBJECT_PT_importance": ("How many samples pixels with this object get, and the light group of the object. More: [Sampling](rendering.md#sampling).", ("Object.importance",)),

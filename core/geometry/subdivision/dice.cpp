@@ -90,9 +90,9 @@ class Dicer {
  private:
   struct Workspace {
     Chain sides[4], low, high;
-    std::vector<uint32_t> vertices;  // of the part
-    std::vector<Vec2> uvs;           // of these vertices
-    std::vector<float> values;       // of an attribute at these vertices
+    std::vector<uint32_t> vertices;                  // of the part
+    std::vector<Vec2> uvs;                           // of these vertices
+    std::vector<float> values;                       // of an attribute at these vertices
     std::vector<std::array<uint32_t, 3>> triangles;  // in these vertices
   };
 
@@ -184,8 +184,15 @@ class Dicer {
       for (size_t i = 0; i < side.vertices.size(); ++i) {
         const float s = side.places[i];
         w.vertices.push_back(side.vertices[i]);
-        w.uvs.push_back(place_in(part, k == 0 ? s : k == 1 ? 1.0f : k == 2 ? 1.0f - s : 0.0f,
-                                 k == 0 ? 0.0f : k == 1 ? s : k == 2 ? 1.0f : 1.0f - s));
+        w.uvs.push_back(place_in(part,
+                                 k == 0   ? s
+                                 : k == 1 ? 1.0f
+                                 : k == 2 ? 1.0f - s
+                                          : 0.0f,
+                                 k == 0   ? 0.0f
+                                 : k == 1 ? s
+                                 : k == 2 ? 1.0f
+                                          : 1.0f - s));
         side.vertices[i] = uint32_t(w.vertices.size() - 1);  // from here on within the part
       }
     }
@@ -253,8 +260,7 @@ class Dicer {
       const size_t n = size_t(attribute.components);
       std::vector<float>& values = out_.attributes[a].values;
       if (attribute.domain == Domain::Face) {
-        for (size_t i = part.first_triangle; i < t; ++i)
-          std::copy_n(&attribute.values[face * n], n, &values[i * n]);
+        for (size_t i = part.first_triangle; i < t; ++i) std::copy_n(&attribute.values[face * n], n, &values[i * n]);
       } else if (attribute.domain == Domain::Corner) {
         w.values.resize(w.vertices.size() * n);
         for (size_t i = 0; i < w.vertices.size(); ++i) value_at(a, {part.patch, w.uvs[i]}, &w.values[i * n]);
@@ -318,15 +324,16 @@ class Dicer {
       if (normals.empty())
         for (size_t c = 0; c < 3 * out_.triangles.size(); ++c) {
           const UVec3 v = out_.triangles[c / 3];
-          normals.push_back(out_.normals.empty()                     ? triangle_normal(v)
+          normals.push_back(out_.normals.empty()                   ? triangle_normal(v)
                             : out_.normal_domain == Domain::Vertex ? out_.normals[v[int(c % 3)]]
-                                                                     : out_.normals[c]);
+                                                                   : out_.normals[c]);
         }
       const std::string uv_map = name.substr(std::min(name.size(), std::string_view(kTangentOf).size()));
       const std::string& wanted = uv_map.empty() ? out_.active_uv : uv_map;
       std::vector<Vec2> uvs;
       for (const Attribute& map : out_.attributes)
-        for (size_t c = 0; map.name == wanted && map.domain == Domain::Corner && map.components == 2 && c < normals.size(); ++c)
+        for (size_t c = 0;
+             map.name == wanted && map.domain == Domain::Corner && map.components == 2 && c < normals.size(); ++c)
           uvs.push_back({map.values[2 * c], map.values[2 * c + 1]});
       if (uvs.size() != normals.size() && !uv_map.empty()) continue;
       Attribute tangents;
@@ -371,7 +378,7 @@ double estimate_diced_triangles(const MeshDescription& mesh, const DicingRate& r
   double sum = 0.0;
   const SubdivisionDescription& s = mesh.subdivision;
   for (size_t f = 0, first = 0; f < s.face_sizes.size(); first += s.face_sizes[f++]) {
-    if (first + s.face_sizes[f] > s.corner_vertices.size()) break;   // not yet validated
+    if (first + s.face_sizes[f] > s.corner_vertices.size()) break;  // not yet validated
     const auto at = [&](size_t k) {
       const uint32_t vertex = s.corner_vertices[first + k];
       return vertex < mesh.positions.size() ? mesh.positions[vertex] : Vec3(0.0f);

@@ -8,8 +8,8 @@
 namespace ajar {
 
 struct DicingReport {
-  bool is_damaged = false;        ///< the faces could not be smoothed
-  float coarser = 1.0f;           ///< factor of the lengths of edges, because there would be too many triangles
+  bool is_damaged = false;  ///< the faces could not be smoothed
+  float coarser = 1.0f;     ///< factor of the lengths of edges, because there would be too many triangles
 };
 
 /// The triangles of `mesh`, whose subdivision is not empty. Attributes of vertices, corners and faces are interpolated:

@@ -8,7 +8,7 @@ namespace ajar {
 
 namespace {
 
-constexpr int kUneven = 0;   // the pieces of an edge whose halves have their own
+constexpr int kUneven = 0;  // the pieces of an edge whose halves have their own
 constexpr int kMaxDepth = 40;
 constexpr float kMaxRatio = 1.5f;  // of the numbers of pieces of opposite sides
 constexpr int kManyPieces = 8;     // below, the ratio does not matter
@@ -174,8 +174,7 @@ class Planner {
     part.patch = index;
     const Vec2 corners[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     std::copy_n(corners, 4, part.corners);
-    for (uint32_t k = 0; k < 4; ++k)
-      part.sides[k] = side_of_face(patch, k, index, corners[k], corners[(k + 1) % 4]);
+    for (uint32_t k = 0; k < 4; ++k) part.sides[k] = side_of_face(patch, k, index, corners[k], corners[(k + 1) % 4]);
     return part;
   }
 
@@ -329,7 +328,7 @@ class Planner {
   const LimitSurface& surface_;
   const DicingRate& rate_;
   DicingPlan plan_;
-  std::unordered_map<uint64_t, int> edges_;                   // of the faces, by their vertices
+  std::unordered_map<uint64_t, int> edges_;                  // of the faces, by their vertices
   std::unordered_map<uint32_t, uint32_t> vertex_of_corner_;  // of vertices of the mesh
 };
 

@@ -48,7 +48,7 @@ struct DicedPart {
   uint32_t patch = 0;
   Vec2 corners[4];
   SideOfPart sides[4];
-  uint32_t first_inner = 0;        ///< of the vertices that are on no side
+  uint32_t first_inner = 0;  ///< of the vertices that are on no side
   size_t first_triangle = 0;
 };
 

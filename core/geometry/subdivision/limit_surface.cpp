@@ -254,8 +254,7 @@ std::vector<SurfacePatch> patches_of(const SubdivisionDescription& subdivision) 
   uint32_t first = 0;
   for (uint32_t face = 0; face < subdivision.face_sizes.size(); ++face) {
     const uint32_t size = subdivision.face_sizes[face];
-    for (uint32_t corner = 0; corner < (size == 4 ? 1 : size); ++corner)
-      patches.push_back({face, first, corner, size});
+    for (uint32_t corner = 0; corner < (size == 4 ? 1 : size); ++corner) patches.push_back({face, first, corner, size});
     first += size;
   }
   return patches;

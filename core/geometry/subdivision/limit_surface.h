@@ -44,8 +44,7 @@ auto interpolate_face(const SurfacePatch& patch, Vec2 uv, const Function& value)
   const auto own = corner(patch.corner);
   const auto next = (own + corner(patch.corner + 1)) * 0.5f;
   const auto previous = (own + corner(patch.corner + patch.size - 1)) * 0.5f;
-  return (own * (1.0f - u) + next * u) * (1.0f - v) +
-         (previous * (1.0f - u) + centre * (u / float(patch.size))) * v;
+  return (own * (1.0f - u) + next * u) * (1.0f - v) + (previous * (1.0f - u) + centre * (u / float(patch.size))) * v;
 }
 
 class LimitSurface {

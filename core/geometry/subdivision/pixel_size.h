@@ -21,9 +21,9 @@ class PixelSize {
   CameraKind kind_;
   Mat4 camera_from_world_{1.0f};
   Vec4 window_{0.0f};
-  float angle_ = 1.0f;                ///< of a pixel; of an orthographic camera its size
-  std::array<Vec3, 4> outwards_{};    ///< normals of the sides of the field of view, in the space of the camera
-  std::array<Vec3, 4> forwards_{};    ///< directions in the sides, away from the camera
+  float angle_ = 1.0f;              ///< of a pixel; of an orthographic camera its size
+  std::array<Vec3, 4> outwards_{};  ///< normals of the sides of the field of view, in the space of the camera
+  std::array<Vec3, 4> forwards_{};  ///< directions in the sides, away from the camera
   float offscreen_scale_;
 };
 

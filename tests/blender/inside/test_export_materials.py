@@ -355,15 +355,6 @@ def test_the_method_of_displacement_is_exported(shader, build, export_context, m
     assert context.warnings == []
 
 
-@pytest.mark.parametrize("adaptive", [False, True])
-def test_displacement_without_enough_vertices_gets_bump(shader, build, export, adaptive):
-    shader.material.cycles.displacement_method = "DISPLACEMENT"
-    mesh = build.mesh()
-    mesh.materials.append(shader.material)
-    build.object(mesh).cycles.use_adaptive_subdivision = adaptive
-    assert export().materials[0].displacement_method.name == ("Both" if adaptive else "Displacement")
-
-
 def test_meshes_without_a_material_have_the_default_of_this_blender(build, export, monkeypatch):
     from ajar_render import compat
     for _ in range(2):

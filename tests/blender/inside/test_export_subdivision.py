@@ -18,8 +18,10 @@ def adaptive(build, scene):
     """An object with adaptive subdivision. Without levels, the mesh that the modifier makes is the original one."""
     scene.cycles.feature_set = "EXPERIMENTAL"
 
-    def make(mesh=None, levels=0):
+    def make(mesh=None, levels=0, other=False):
         thing = build.object(mesh or cube(build))
+        if other:
+            thing.modifiers.new("Other", "CAST")
         modifier = thing.modifiers.new("Subdivision", "SUBSURF")
         modifier.levels = modifier.render_levels = levels
         thing.cycles.use_adaptive_subdivision = True
@@ -49,14 +51,14 @@ def test_newer_versions_divide_the_original_mesh(adaptive, export, monkeypatch):
     thing, _ = adaptive(levels=2)
     monkeypatch.setattr(compat, "adapts_before_modifier", lambda: True)
     assert len(export().meshes[0].subdivision["face_sizes"]) == 6
-    thing.modifiers.new("Other", "CAST")
-    thing.modifiers.move(1, 0)
+    bpy.data.objects.remove(thing)
+    adaptive(levels=2, other=True)
     smoothed = export().meshes[0].subdivision   # a viewport cannot see the mesh between the modifiers
     assert len(smoothed["face_sizes"]) == 6 * 16 and smoothed["scheme"] == ajar.SubdivisionScheme.Simple
 
 
 def test_without_the_setting_the_modifier_counts(adaptive, export, scene):
-    thing, modifier = adaptive(levels=1)
+    thing, _modifier = adaptive(levels=1)
     thing.cycles.use_adaptive_subdivision = False
     assert len(export().meshes[0].triangles) == 48 and export().meshes[0].subdivision is None
     thing.ajar.use_adaptive_subdivision = True
@@ -141,9 +143,7 @@ def test_the_scene_is_evaluated_without_the_modifier(adaptive, scene, monkeypatc
     from ajar_render import compat
     from ajar_render.export import ExportContext
     monkeypatch.setattr(compat, "adapts_before_modifier", lambda: True)
-    thing, modifier = adaptive(levels=2)
-    thing.modifiers.new("Other", "CAST")
-    thing.modifiers.move(1, 0)
+    thing, modifier = adaptive(levels=2, other=True)
     calls = []
     context = ExportContext(bpy.context.evaluated_depsgraph_get(), lambda: False, lambda step: None)
     subdivision.prepare(context, lambda frame, subframe: calls.append(modifier.show_render))

@@ -133,8 +133,8 @@ TEST(Dicing, MiddlesOfACubeAreAtTheirLimits) {
 
 TEST(Dicing, SharpEdgesStayWhereTheyAre) {
   MeshDescription mesh = cube();
-  mesh.subdivision.creased_edges = {{0, 1}, {1, 3}, {3, 2}, {2, 0}, {4, 5}, {5, 7}, {7, 6}, {6, 4},
-                                    {0, 4}, {1, 5}, {2, 6}, {3, 7}};
+  mesh.subdivision.creased_edges = {{0, 1}, {1, 3}, {3, 2}, {2, 0}, {4, 5}, {5, 7},
+                                    {7, 6}, {6, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
   mesh.subdivision.edge_sharpness.assign(12, 10.0f);
   const MeshDescription sharp = diced(mesh, rate_of(0.3f));
   EXPECT_NEAR(volume_of(sharp), 8.0, 1e-3);
@@ -198,8 +198,8 @@ TEST(Dicing, ClosedSurfacesStayClosedAtAllDistances) {
 
 TEST(Dicing, SurfacesIntoTheDistanceHavePiecesOfThePixelsSize) {
   // A plane below the camera, from near to far.
-  MeshDescription mesh = mesh_of({{-1, -0.5f, -1}, {1, -0.5f, -1}, {1, -0.5f, -1000}, {-1, -0.5f, -1000}}, {{0, 1, 2, 3}},
-                                 SubdivisionScheme::Simple);
+  MeshDescription mesh = mesh_of({{-1, -0.5f, -1}, {1, -0.5f, -1}, {1, -0.5f, -1000}, {-1, -0.5f, -1000}},
+                                 {{0, 1, 2, 3}}, SubdivisionScheme::Simple);
   const PixelSize pixels(camera_at(Vec3(0.0f)), 100, 100, 1.0f);
   DicingRate rate = rate_of(2.0f, 16);
   rate.pixels = &pixels;
@@ -311,8 +311,21 @@ TEST(Dicing, TooManyTrianglesAreAvoided) {
 
 TEST(Dicing, UnusualMeshesAreDivided) {
   // Three faces at one edge, a face without area, a vertex without faces, two faces that meet at a vertex only.
-  MeshDescription mesh = mesh_of({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, -1, 0}, {0, -1, 0}, {1, 0, 1}, {0, 0, 1},
-                                  {5, 5, 5}, {2, 2, 0}, {2, 1, 0}, {3, 3, 3}, {3, 3, 3}, {3, 3, 3}, {3, 3, 3}},
+  MeshDescription mesh = mesh_of({{0, 0, 0},
+                                  {1, 0, 0},
+                                  {1, 1, 0},
+                                  {0, 1, 0},
+                                  {1, -1, 0},
+                                  {0, -1, 0},
+                                  {1, 0, 1},
+                                  {0, 0, 1},
+                                  {5, 5, 5},
+                                  {2, 2, 0},
+                                  {2, 1, 0},
+                                  {3, 3, 3},
+                                  {3, 3, 3},
+                                  {3, 3, 3},
+                                  {3, 3, 3}},
                                  {{0, 1, 2, 3}, {5, 4, 1, 0}, {0, 1, 6, 7}, {2, 10, 9}, {11, 12, 13, 14}});
   const MeshDescription result = diced(mesh, rate_of(0.1f));
   EXPECT_GT(result.triangles.size(), 300u);
