@@ -565,6 +565,40 @@ def asks(stage: Stage, things: list[bpy.types.Object], node_type: str, output: s
     return shown
 
 
+def attribute_of(domain: str, kind: str, values: Callable, output: str = "Color") -> None:
+    """An attribute of the box by its domain and type; `values` gives that of element i."""
+    name = f"attribute_{domain.lower()}_{kind.lower()}"
+
+    def change(stage):
+        stage.sun()
+        layer = stage.box.data.attributes.new("Value", kind, domain)
+        member = "color" if "COLOR" in kind else "vector" if kind in ("FLOAT_VECTOR", "FLOAT2") else "value"
+        for i, element in enumerate(layer.data):
+            setattr(element, member, values(i))
+        node = tools.shader_of(stage.box.data.materials[0])
+        tree = node.id_data
+        read = tree.nodes.new("ShaderNodeAttribute")
+        read.attribute_name = "Value"
+        tree.links.new(read.outputs[output], node.inputs["Color"])
+    add("node", name, f"an attribute of the box: {kind} of each {domain}", change)
+
+
+def rgb(i: int) -> tuple[float, float, float]:
+    return (0.2 + 0.6 * (i % 2), 0.2 + 0.3 * (i % 3), 0.8 - 0.15 * (i % 5))
+
+
+attribute_of("EDGE", "FLOAT", lambda i: 0.1 + 0.07 * i, "Fac")
+attribute_of("EDGE", "FLOAT_VECTOR", rgb, "Vector")
+attribute_of("FACE", "INT", lambda i: i % 2, "Fac")
+attribute_of("FACE", "FLOAT_COLOR", lambda i: (*rgb(i), 1.0))
+attribute_of("POINT", "BOOLEAN", lambda i: i % 3 == 0, "Fac")
+attribute_of("POINT", "FLOAT2", lambda i: rgb(i)[:2], "Vector")
+attribute_of("POINT", "INT8", lambda i: i % 2, "Fac")
+attribute_of("CORNER", "FLOAT_VECTOR", rgb, "Vector")
+attribute_of("CORNER", "FLOAT", lambda i: 0.1 + 0.03 * i, "Fac")
+attribute_of("CORNER", "BYTE_COLOR", lambda i: (*rgb(i), 1.0))
+
+
 @feature("node", "property_of_object", "an attribute of the object: a custom property, and pass_index by its path")
 def _(stage):
     asks(stage, [stage.ball, stage.box], "ShaderNodeAttribute", "Color", attribute_type="OBJECT", attribute_name="tint")

@@ -24,13 +24,15 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
     """Export the scene with `camera_object` as its camera. Raises ExportCancelled soon after `is_cancelled` returns True. Motion blur needs
     `frame_set`; after its call, objects that were evaluated before must not be used."""
     context = ExportContext(depsgraph, is_cancelled, report_step)
+    original_camera = camera_object.original if camera_object is not None else None
     subdivision.prepare(context, frame_set)
+    camera_object = original_camera.evaluated_get(depsgraph) if original_camera is not None else None
     if not motion.is_wanted(context.scene, context.view_layer):
         frame_set = None
     if frame_set is not None:
         context.appearances = []
     settings.export(context, options, passes)
-    camera.export(context, camera_object.original.evaluated_get(depsgraph) if camera_object is not None else None)
+    camera.export(context, camera_object)
     export_contents(context)
     if frame_set is not None:
         motion.export(context, camera_object, frame_set)

@@ -29,8 +29,6 @@ class ExportContext:
                  meshes: MeshCache | None = None, is_hidden: Callable[[bpy.types.DepsgraphObjectInstance], bool] | None = None) -> None:
         self.depsgraph = depsgraph
         self.refresh()
-        # Since 4.3, a view layer can have its own world.
-        self.world: bpy.types.World | None = getattr(self.view_layer, "world_override", None) or self.scene.world
         self.description = ajar.SceneDescription()
         self.materials: dict[int, int] = {}              # address of a material -> index
         self.user = ""                                   # the object whose materials are exported, for messages
@@ -62,6 +60,8 @@ class ExportContext:
         """Called after an evaluation."""
         self.scene = self.depsgraph.scene_eval
         self.view_layer = self.depsgraph.view_layer_eval
+        # Since 4.3, a view layer can have its own world.
+        self.world: bpy.types.World | None = getattr(self.view_layer, "world_override", None) or self.scene.world
 
     def warn_all(self, name: str, messages: Iterable[str]) -> None:
         for message in messages:

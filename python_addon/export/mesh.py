@@ -185,15 +185,37 @@ def _colors(mesh: bpy.types.Mesh, loops: np.ndarray, polygons: np.ndarray) -> li
 def _requested(context: ExportContext, mesh: bpy.types.Mesh, loops: np.ndarray, polygons: np.ndarray) -> list[tuple]:
     """Other attributes that a material uses by name."""
     known = {layer.name for layer in mesh.uv_layers} | {attribute.name for attribute in mesh.color_attributes}
-    wanted = [mesh.attributes.get(name) for name in sorted(context.attribute_names - known)]
-    return [_attribute(attribute, loops, polygons) for attribute in wanted
-            if attribute is not None and attribute.domain in _DOMAINS and attribute.data_type in _VALUES]
+    found = []
+    for name in sorted(context.attribute_names - known):
+        attribute = mesh.attributes.get(name)
+        if attribute is None:
+            continue
+        if attribute.data_type not in _VALUES or attribute.domain not in {"EDGE", *_DOMAINS}:
+            context.warn(mesh.name, 'its attribute "{attribute}" cannot be read, because materials have no values of its type', attribute=name)
+        elif attribute.domain == "EDGE":
+            found.append(_of_edges(mesh, attribute))
+        else:
+            found.append(_attribute(attribute, loops, polygons))
+    return found
+
+
+def _of_edges(mesh: bpy.types.Mesh, attribute: bpy.types.Attribute) -> tuple:
+    """For each vertex, the mean of its edges, as in Cycles."""
+    values, edges = _values_of(attribute), _read(mesh.edges, "vertices", 2, np.uint32)
+    count = len(mesh.vertices)
+    number = np.maximum(np.bincount(edges.ravel(), minlength=count), 1)
+    means = [np.bincount(edges.ravel(), np.repeat(column, 2), minlength=count) / number for column in values.T]
+    return attribute.name, ajar.Domain.Vertex, np.stack(means, axis=1).astype(np.float32)
+
+
+def _values_of(attribute: bpy.types.Attribute) -> np.ndarray:
+    value, components = _VALUES[attribute.data_type]
+    kind = {"INT": np.int32, "INT8": np.int32, "BOOLEAN": bool}.get(attribute.data_type, np.float32)
+    return _read(attribute.data, value, components, kind).astype(np.float32, copy=False).reshape(-1, components)
 
 
 def _attribute(attribute: bpy.types.Attribute, loops: np.ndarray, polygons: np.ndarray) -> tuple:
-    value, components = _VALUES[attribute.data_type]
-    kind = {"INT": np.int32, "INT8": np.int32, "BOOLEAN": bool}.get(attribute.data_type, np.float32)
-    values = _read(attribute.data, value, components, kind).astype(np.float32, copy=False).reshape(-1, components)
+    values = _values_of(attribute)
     if attribute.domain == "CORNER":
         values = values[loops.reshape(-1)]
     elif attribute.domain == "FACE":

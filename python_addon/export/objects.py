@@ -404,7 +404,7 @@ def _export_mesh(context: ExportContext, geometry: Geometry) -> tuple[int, ajar.
     if geometry.is_volume:
         return _export_volume(context, geometry)
     is_surface = isinstance(geometry.data, bpy.types.Mesh) and not geometry.is_hair
-    if is_surface and geometry.is_own and subdivision.wanted(context, geometry.owner) is not None:
+    if is_surface and geometry.is_own and not geometry.data.is_editmode and subdivision.wanted(context, geometry.owner) is not None:
         return _export_faces(context, geometry)
     if cache is None:
         found = _arrays(context, geometry) if is_surface else _strands(context, geometry)

@@ -254,6 +254,8 @@ TEXTS = {
     "Tubes along smooth curves": "Röhren entlang glatter Kurven",
     "Linear 3D Curves": "Lineare 3D-Kurven",
     "Tubes of straight pieces": "Röhren aus geraden Stücken",
+    'its attribute "{attribute}" cannot be read, because materials have no values of its type':
+        'sein Attribut "{attribute}" kann nicht gelesen werden, weil Materialien keine Werte seines Typs haben',
     # ---- Adaptive subdivision -----------------------------------------------------------------------------------------
     "Subdivision": "Unterteilung",
     "Adaptive Subdivision": "Adaptive Unterteilung",

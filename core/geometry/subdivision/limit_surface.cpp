@@ -80,6 +80,33 @@ MergedMap merge(const MeshDescription& mesh, size_t index) {
   return merged;
 }
 
+/// Sharp vertices, with those between two sharp edges of a single face, as in Blender and Cycles.
+struct Corners {
+  std::vector<Far::Index> vertices;
+  std::vector<float> sharpness;
+};
+
+Corners corners_of(const MeshDescription& mesh) {
+  const SubdivisionDescription& s = mesh.subdivision;
+  Corners corners{{s.creased_vertices.begin(), s.creased_vertices.end()}, s.vertex_sharpness};
+  if (s.creased_edges.empty()) return corners;
+  std::vector<uint8_t> faces(mesh.positions.size(), 0), edges(mesh.positions.size(), 0);
+  std::vector<float> least(mesh.positions.size(), kSharpest), given(mesh.positions.size(), 0.0f);
+  for (const uint32_t vertex : s.corner_vertices) faces[vertex] = uint8_t(std::min(faces[vertex] + 1, 2));
+  for (size_t i = 0; i < s.creased_edges.size(); ++i)
+    for (const uint32_t vertex : s.creased_edges[i]) {
+      edges[vertex] = uint8_t(std::min(edges[vertex] + 1, 3));
+      least[vertex] = std::min(least[vertex], s.edge_sharpness[i]);
+    }
+  for (size_t i = 0; i < s.creased_vertices.size(); ++i) given[s.creased_vertices[i]] = s.vertex_sharpness[i];
+  for (size_t v = 0; v < faces.size(); ++v) {
+    if (faces[v] != 1 || edges[v] != 2) continue;
+    corners.vertices.push_back(Far::Index(v));  // the last one counts
+    corners.sharpness.push_back(std::min(given[v] + least[v], kSharpest));
+  }
+  return corners;
+}
+
 class SmoothSurface : public LimitSurface {
  public:
   SmoothSurface(const MeshDescription& mesh) {
@@ -168,9 +195,10 @@ class SmoothSurface : public LimitSurface {
     topology.numCreases = int(s.creased_edges.size());
     topology.creaseVertexIndexPairs = indices(s.creased_edges);
     topology.creaseWeights = s.edge_sharpness.data();
-    topology.numCorners = int(s.creased_vertices.size());
-    topology.cornerVertexIndices = indices(s.creased_vertices);
-    topology.cornerWeights = s.vertex_sharpness.data();
+    const Corners corners = corners_of(mesh);
+    topology.numCorners = int(corners.vertices.size());
+    topology.cornerVertexIndices = corners.vertices.data();
+    topology.cornerWeights = corners.sharpness.data();
     topology.numFVarChannels = int(channels.size());
     topology.fvarChannels = channels.data();
     using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;

@@ -162,6 +162,15 @@ TEST(Dicing, CornersOfABoundaryAreKeptIfWanted) {
   expect_near(nearest(diced(mesh, rate_of(10.0f)), Vec3(0.0f)), Vec3(0.0f));
 }
 
+TEST(Dicing, CornersBetweenSharpEdgesAreSharp) {
+  MeshDescription mesh = grid(1);
+  mesh.subdivision.creased_edges = {{0, 1}, {0, 2}};
+  mesh.subdivision.edge_sharpness = {10.0f, 10.0f};
+  const MeshDescription result = diced(mesh, rate_of(10.0f));
+  expect_near(nearest(result, Vec3(0.0f)), Vec3(0.0f));
+  EXPECT_LT(nearest(result, Vec3(1.0f, 1.0f, 0.0f)).x, 0.9f);
+}
+
 TEST(Dicing, EdgesHaveTheWantedLength) {
   const MeshDescription result = diced(grid(1, SubdivisionScheme::Simple), rate_of(0.1f));
   EXPECT_EQ(result.positions.size(), 121u);
