@@ -1,4 +1,4 @@
-"""`ocean`: a buoy in the open sea, under a low sun.
+"""`ocean`: a buoy in the open sea.
 
 The sea is a grid of 64 faces that adaptive subdivision divides to the size of a pixel and that waves displace: a swell of 14 m, wind waves, and
 ripples down to 20 cm. A rock is a box that adaptive subdivision makes round and a noise makes rough. Y points away from the eye.
@@ -19,7 +19,7 @@ from furniture import put
 from images import pack, sky
 from shapes import cylinder, lathe
 
-TO_SUN = (-0.45, 0.75, 0.35)
+TO_SUN = (-0.7, -0.35, 0.55)
 # Wavelength and height in metres, direction in degrees, distortion of each train of waves.
 WAVES = ((14.0, 0.55, 80.0, 0.6), (6.5, 0.22, 110.0, 1.2), (2.7, 0.09, 60.0, 2.0), (1.1, 0.035, 95.0, 3.0), (0.42, 0.011, 75.0, 4.0), (0.2, 0.004, 120.0, 5.0))
 FROM_TEXTURE = 2.0 * math.pi / 20.0   # wavelength of a wave texture of scale 1

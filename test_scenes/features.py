@@ -886,6 +886,10 @@ def creased(stage: Stage, _tree: bpy.types.NodeTree) -> None:
         edge.crease = (0.0, 0.3, 1.0)[i % 3]
 
 
+def flat(stage: Stage, _tree: bpy.types.NodeTree) -> None:
+    stage.ball.data.polygons.foreach_set("use_smooth", [False] * len(stage.ball.data.polygons))
+
+
 def with_ngons(stage: Stage, _tree: bpy.types.NodeTree) -> None:
     rim = [(math.cos(a), math.sin(a)) for a in (2 * math.pi * k / 7 for k in range(7))]
     vertices = [(0.6 * x - 0.65, 0.6 * y, z) for z in (0.0, 1.2) for x, y in rim]
@@ -952,7 +956,7 @@ def bent(stage: Stage, _tree: bpy.types.NodeTree) -> None:
 
 
 adaptive("geometry", "adaptive", "adaptive subdivision of a box of six faces")
-adaptive("geometry", "adaptive_simple", "the same, with simple subdivision", simple=True)
+adaptive("geometry", "adaptive_simple", "the same with flat faces, with simple subdivision", flat, simple=True)
 adaptive("geometry", "adaptive_creases", "the same, with creases", creased)
 adaptive("geometry", "adaptive_ngons", "adaptive subdivision of faces with three and seven corners", with_ngons)
 adaptive("geometry", "adaptive_maps", "a UV map and colours of corners under adaptive subdivision", with_maps)

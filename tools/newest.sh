@@ -13,7 +13,7 @@ done
 trap 'umount "$root/proc" "$root/dev"' EXIT
 chroot "$root" apt-get update -qq
 # The last line has the modules that Blender's add-ons import (cattrs is not packaged), a program for screenshots, and the packages for the manual.
-DEBIAN_FRONTEND=noninteractive chroot "$root" apt-get install -y -qq --no-install-recommends make git g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev \
+DEBIAN_FRONTEND=noninteractive chroot "$root" apt-get install -y -qq --no-install-recommends make git g++ cmake ninja-build libembree-dev libosd-dev libopenimageio-dev libopenexr-dev libglm-dev \
   libtbb-dev pybind11-dev python3-dev python3-numpy nlohmann-json3-dev libcli11-dev blender xvfb libgl1-mesa-dri python3-pytest \
   python3-requests python3-attr python3-typing-extensions python3-pip python3-pil python3-markdown >/dev/null
 chroot "$root" python3 -c 'import cattrs' 2>/dev/null || chroot "$root" python3 -m pip install -q --break-system-packages --no-deps cattrs

@@ -149,3 +149,5 @@ def test_the_scene_is_evaluated_without_the_modifier(adaptive, scene, monkeypatc
     subdivision.prepare(context, lambda frame, subframe: calls.append(modifier.show_render))
     assert calls == [False] and modifier.show_render
     assert context.base_is_evaluated == {thing.as_pointer()}
+    modifier.show_viewport = False   # as in the evaluated scene
+    assert subdivision.wanted(context, thing) is not None
