@@ -164,7 +164,12 @@ auto maker(MeshDescription (*)(const Arguments&...)) {
 int add_object(SceneDescription& description, const std::string& name, int mesh, const std::vector<int>& materials,
                uint32_t visibility, bool holdout, bool shadow_catcher, int pass_index, Vec4 color, float importance,
                float shadow_terminator_offset, float light_importance,
-               const std::vector<std::tuple<std::string, bool, Vec4>>& properties) {
+               const std::vector<std::tuple<std::string, bool, Vec4>>& properties, int receiver_set, int blocker_set,
+               uint64_t receivers, uint32_t blockers) {
+  if (receiver_set < 0 || receiver_set >= LightLinks::kReceiverSets)
+    throw py::value_error("receiver_set of '" + name + "' must be 0 to RECEIVER_SETS - 1");
+  if (blocker_set < 0 || blocker_set >= LightLinks::kBlockerSets)
+    throw py::value_error("blocker_set of '" + name + "' must be 0 to BLOCKER_SETS - 1");
   description.objects.push_back({name,
                                  mesh,
                                  materials,
@@ -176,7 +181,10 @@ int add_object(SceneDescription& description, const std::string& name, int mesh,
                                  importance,
                                  shadow_terminator_offset,
                                  light_importance,
-                                 {}});
+                                 {},
+                                 uint8_t(receiver_set),
+                                 uint8_t(blocker_set),
+                                 {receivers, blockers}});
   for (const auto& [property, of_instancer, value] : properties)
     description.objects.back().properties.push_back({property, of_instancer, value});
   return index_of_last(description.objects.size());
@@ -323,6 +331,8 @@ void bind_enums(py::module_& module) {
   module.attr("VISIBLE_TRANSMISSION") = int(kVisibleTransmission);
   module.attr("VISIBLE_VOLUME_SCATTER") = int(kVisibleVolumeScatter);
   module.attr("VISIBLE_SHADOW") = int(kVisibleShadow);
+  module.attr("RECEIVER_SETS") = LightLinks::kReceiverSets;
+  module.attr("BLOCKER_SETS") = LightLinks::kBlockerSets;
   module.attr("VISIBLE_ALL") = int(kVisibleAll);
 }
 
@@ -400,9 +410,18 @@ void bind_geometry(py::module_& module) {
                     "int, a sum of VISIBLE_* bits, 0 to VISIBLE_ALL. The kinds of ray that see the object.")
       .def_readonly("holdout", &ObjectDescription::holdout,
                     "bool. Whether the object cuts a hole into the alpha of the image.")
-      .def_readonly(
-          "shadow_catcher", &ObjectDescription::shadow_catcher,
-          "bool. Whether the object catches shadows. The renderer stores this setting and does not follow it yet.")
+      .def_readonly("shadow_catcher", &ObjectDescription::shadow_catcher,
+                    "bool. Whether the object is invisible and shows the shadows on it (path tracing).")
+      .def_readonly("receiver_set", &ObjectDescription::receiver_set,
+                    "int, 0 to RECEIVER_SETS - 1. The set of the object for light linking.")
+      .def_readonly("blocker_set", &ObjectDescription::blocker_set,
+                    "int, 0 to BLOCKER_SETS - 1. The set of the object for shadow linking.")
+      .def_property_readonly(
+          "receivers", [](const ObjectDescription& object) { return object.links.receivers; },
+          "int, 64 bits. Bit s: the emission of the object lights objects of receiver set s.")
+      .def_property_readonly(
+          "blockers", [](const ObjectDescription& object) { return object.links.blockers; },
+          "int, 32 bits. Bit s: objects of blocker set s block the light that the object emits.")
       .def_readonly("pass_index", &ObjectDescription::pass_index,
                     "int. The value of the pass IndexOB and of Object Info > Object Index.")
       .def_readonly("color", &ObjectDescription::color,
@@ -515,7 +534,17 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("light_importance", &LightDescription::light_importance,
                      "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by the "
                      "lamp. It is used with `RenderSettings.image` \"pmc_ip\" and never changes the mean of the image. "
-                     "Negative and non-finite values are read as 1.");
+                     "Negative and non-finite values are read as 1.")
+      .def_property(
+          "receivers", [](const LightDescription& light) { return light.links.receivers; },
+          [](LightDescription& light, uint64_t sets) { light.links.receivers = sets; },
+          "int, 64 bits. Bit s: the lamp lights objects of receiver set s (SceneDescription.add_object).")
+      .def_property(
+          "blockers", [](const LightDescription& light) { return light.links.blockers; },
+          [](LightDescription& light, uint32_t sets) { light.links.blockers = sets; },
+          "int, 32 bits. Bit s: objects of blocker set s block the light of the lamp.")
+      .def_readwrite("max_bounces", &LightDescription::max_bounces,
+                     "int, >= 0. After more bounces, path tracing does not sample the lamp any more.");
   py::class_<WorldDescription>(module, "WorldDescription", "The environment of the scene.")
       .def_readwrite("name", &WorldDescription::name, "str. The name in Blender, used in messages.")
       .def_readwrite("graph", &WorldDescription::graph,
@@ -525,6 +554,8 @@ void bind_light_world_camera(py::module_& module) {
           "tuple of 3 floats, linear RGB radiance in W/(m^2 sr). The constant background if `graph` is empty.")
       .def_readwrite("visibility", &WorldDescription::visibility,
                      "int, a sum of VISIBLE_* bits, 0 to VISIBLE_ALL. The kinds of ray that see the world.")
+      .def_readwrite("max_bounces", &WorldDescription::max_bounces,
+                     "int, >= 0. After more bounces, path tracing does not sample the world any more.")
       .def_readwrite("light_importance", &WorldDescription::light_importance,
                      "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by the "
                      "world. It is used with `RenderSettings.image` \"pmc_ip\" and never changes the mean of the "
@@ -658,10 +689,16 @@ void bind_description(py::module_& module) {
            py::arg("holdout") = false, py::arg("shadow_catcher") = false, py::arg("pass_index") = 0,
            py::arg("color") = Vec4(1.0f), py::arg("importance") = 1.0f, py::arg("shadow_terminator_offset") = 0.0f,
            py::arg("light_importance") = 1.0f,
-           py::arg("properties") = std::vector<std::tuple<std::string, bool, Vec4>>{},
+           py::arg("properties") = std::vector<std::tuple<std::string, bool, Vec4>>{}, py::arg("receiver_set") = 0,
+           py::arg("blocker_set") = 0, py::arg("receivers") = LightLinks().receivers,
+           py::arg("blockers") = LightLinks().blockers,
            "Add an object and return its index. mesh: an index from add_mesh. materials: indices from add_material for "
            "the slots, -1 for the default grey. visibility: a sum of VISIBLE_* bits. properties: the values for "
-           "Attribute nodes, tuples (name, whether the value belongs to the instancer, four numbers). The other "
+           "Attribute nodes, tuples (name, whether the value belongs to the instancer, four numbers). receiver_set, "
+           "blocker_set: the sets "
+           "of objects for light linking and for shadow linking, below RECEIVER_SETS and BLOCKER_SETS. receivers, "
+           "blockers: bit s says whether the light that the object emits lights objects of receiver set s, and whether "
+           "objects of blocker set s block it. The other "
            "arguments are the fields of ObjectDescription. Indices are checked when the scene is built.")
       .def("add_instances", &add_instances, py::arg("objects"), py::arg("world_from_object"),
            py::arg("random") = py::none(),

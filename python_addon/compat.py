@@ -186,10 +186,9 @@ def light_color(light: bpy.types.Light) -> tuple[float, float, float]:
     return tuple(color)
 
 
-def has_light_linking(thing: bpy.types.Object) -> bool:
-    """Whether the light of an object illuminates only some objects (4.0)."""
-    linking = getattr(thing, "light_linking", None)
-    return linking is not None and (linking.receiver_collection is not None or linking.blocker_collection is not None)
+def light_linking(thing: bpy.types.Object) -> bpy.types.bpy_struct | None:
+    """The collections of light linking and shadow linking of an object (4.0)."""
+    return getattr(thing, "light_linking", None)
 
 
 # ---- Meshes ---------------------------------------------------------------------------------------------------------

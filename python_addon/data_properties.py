@@ -41,6 +41,8 @@ class AjarObjectSettings(bpy.types.PropertyGroup):
     shadow_terminator_geometry_offset: inherited.number(
         "shadow_terminator_geometry_offset", "Geometry Offset", "Moves shadow rays from coarse smooth surfaces outwards. 1 moves them to the rounded surface", 0.1,
         "shadow_terminator_geometry_offset", 0.0, 1.0, subtype="FACTOR")
+    use_camera_cull: inherited.boolean("use_camera_cull", "Use Camera Cull", "Leave this object out if it is outside the view of the camera", False, "use_camera_cull")
+    use_distance_cull: inherited.boolean("use_distance_cull", "Use Distance Cull", "Leave this object out if it is far from the camera", False, "use_distance_cull")
 
     use_adaptive_subdivision: inherited.boolean(
         "use_adaptive_subdivision", "Adaptive Subdivision", "Divides the faces before the last Subdivision Surface modifier into triangles of the size of a pixel, "
@@ -53,11 +55,14 @@ class AjarLightSettings(bpy.types.PropertyGroup):
     use_multiple_importance_sampling: inherited.boolean(
         "use_multiple_importance_sampling", "Multiple Importance", "Sample this lamp by the materials too. Large lamps on shiny surfaces need it", True,
         "use_multiple_importance_sampling")
+    max_bounces: inherited.integer("max_bounces", "Max Bounces", "Bounces after which this lamp is not sampled any more", 1024, "max_bounces", 0, 1024)
     is_portal: inherited.boolean("is_portal", "Portal", "The lamp emits nothing. Cycles samples the sky through it; Ajar needs no portals", False, "is_portal")
 
 
 class AjarWorldSettings(bpy.types.PropertyGroup):
-    """Which rays see the world."""
+    """Which rays see the world, and how long it is sampled."""
+
+    max_bounces: inherited.integer("max_bounces", "Max Bounces", "Bounces after which the world is not sampled any more", 1024, "max_bounces", 0, 1024)
 
     visible_camera: inherited.boolean("visible_camera", "Camera", "Camera rays see the world", True, "camera", "cycles_visibility")
     visible_diffuse: inherited.boolean("visible_diffuse", "Diffuse", "Diffuse surfaces receive light of the world", True, "diffuse", "cycles_visibility")

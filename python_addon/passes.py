@@ -42,6 +42,7 @@ OWN = {  # property of Ajar's settings -> pass
     "use_pass_albedo": Pass("Albedo", "RGB", "COLOR"),
     "use_pass_volume_direct": Pass("VolumeDir", "RGB", "COLOR"),
     "use_pass_volume_indirect": Pass("VolumeInd", "RGB", "COLOR"),
+    "use_pass_shadow_catcher": Pass("Shadow Catcher", "RGB", "COLOR"),
     "use_pass_sample_count": Pass("Sample Count", "X", "VALUE"),
     "use_pass_variance": Pass("Variance", "X", "VALUE"),
     "use_pass_error": Pass("Error", "X", "VALUE"),

@@ -109,6 +109,12 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
         "motion_blur_position", "Position", "When the shutter opens, relative to the frame", "CENTER", "motion_blur_position",
         [("START", "Start on Frame", "The shutter opens at the frame", 0), ("CENTER", "Center on Frame", "The shutter is half open at the frame", 1),
          ("END", "End on Frame", "The shutter closes at the frame", 2)])
+    use_camera_cull: inherited.boolean("use_camera_cull", "Camera Cull", "Leave out objects outside the view of the camera, if they allow it", False, "use_camera_cull")
+    camera_cull_margin: inherited.number("camera_cull_margin", "Margin", "Margin around the frame in which objects stay, as a fraction of the frame", 0.1,
+                                         "camera_cull_margin", 0.0, 5.0)
+    use_distance_cull: inherited.boolean("use_distance_cull", "Distance Cull", "Leave out objects far from the camera, if they allow it", False, "use_distance_cull")
+    distance_cull_margin: inherited.number("distance_cull_margin", "Distance", "Distance from the camera beyond which objects are left out", 50.0,
+                                           "distance_cull_margin", 0.0, 1e9, subtype="DISTANCE")
     curve_shape: inherited.enum(
         "curve_shape", "Shape", "How hair and curves are shown", "RIBBONS", "shape", CURVE_SHAPES, group="cycles_curves")
     curve_subdivisions: inherited.integer("curve_subdivisions", "Curve Subdivisions", "Subdivisions of each segment of a ribbon", 2, "subdivisions", 0, 24,
@@ -172,6 +178,8 @@ class AjarViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_albedo: bpy.props.BoolProperty(name="Albedo", description="Colour of the first surface without its light")
     use_pass_volume_direct: bpy.props.BoolProperty(name="Volume Direct", description="Light of lamps and sky that volumes scatter directly to the camera")
     use_pass_volume_indirect: bpy.props.BoolProperty(name="Volume Indirect", description="Light that volumes scatter to the camera after earlier bounces")
+    use_pass_shadow_catcher: inherited.boolean("use_pass_shadow_catcher", "Shadow Catcher", "Light of shadow catchers relative to their light without other objects",
+                                               False, "use_pass_shadow_catcher")
     use_pass_sample_count: bpy.props.BoolProperty(name="Sample Count", description="Samples that each pixel received")
     use_pass_denoising: bpy.props.BoolProperty(
         name="Denoising Data", description="Albedo, normal and depth for a denoiser: those of the first rough surface, seen through mirrors and glass")

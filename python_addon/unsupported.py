@@ -33,8 +33,6 @@ def _simplifies(scene: bpy.types.Scene) -> bool:
 SCENE = (
     Setting("cycles.use_fast_gi", False, "Fast GI Approximation is not supported: all bounces are followed"),
     Setting("cycles.film_transparent_glass", False, "Transparent Glass is not supported: glass in front of a transparent film is opaque", lambda scene: scene.render.film_transparent),
-    Setting("cycles.use_camera_cull", False, "Camera culling is not supported: objects outside the camera's view stay", _simplifies),
-    Setting("cycles.use_distance_cull", False, "Distance culling is not supported: distant objects stay", _simplifies),
     Setting("cycles.texture_limit_render", "OFF", "Texture Limit is not supported: textures keep their size", _simplifies),
     Setting("cycles.texture_resolution_render", 1.0, "Texture Resolution is not supported: textures keep their size", _simplifies),
     Setting("cycles.sample_offset", 0, "Sample Offset is not supported: choose another seed instead"),
@@ -46,20 +44,14 @@ VIEW_LAYER = (
         ("vector", "Vector"), ("shadow", "Shadow"), ("ambient_occlusion", "Ambient Occlusion"), ("subsurface_direct", "Subsurface Direct"),
         ("subsurface_indirect", "Subsurface Indirect"), ("subsurface_color", "Subsurface Color"), ("cryptomatte_object", "Cryptomatte Object"),
         ("cryptomatte_material", "Cryptomatte Material"), ("cryptomatte_asset", "Cryptomatte Asset"), ("grease_pencil", "Grease Pencil"))),
-    Setting("cycles.use_pass_shadow_catcher", False, "the pass Shadow Catcher is not supported"),
     *(Setting(f"cycles.use_pass_volume_{name}", False, "the pass {name} is not supported", values={"name": f"Volume {name.title()}"}) for name in ("scatter", "transmit", "majorant")),
     Setting("cycles.pass_render_time", False, "the pass Render Time is not supported"),
 )
 OBJECT = (
-    Setting("is_shadow_catcher", False, "shadow catchers are not supported: the object is rendered as it is"),
     Setting("cycles.shadow_terminator_offset", 0.0, "its Shadow Terminator Shading Offset is not supported and is ignored", lambda thing: not hasattr(thing, "shadow_terminator_shading_offset")),
     Setting("shadow_terminator_shading_offset", 0.0, "its Shadow Terminator Shading Offset is not supported and is ignored"),
 )
-LIGHT = (
-    Setting("cycles.max_bounces", 1024, "Max Bounces of a lamp is not supported: its light is followed like any other"),
-)
 WORLD = (
-    Setting("cycles.max_bounces", 1024, "Max Bounces of a world is not supported: its light is followed like any other"),
     Setting("cycles.use_shadows", True, "a world that casts no shadows is not supported"),
 )
 CAMERA = (

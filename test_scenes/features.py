@@ -246,6 +246,12 @@ def _(stage):
     shining_through(stage, (0.6, -0.3, 0.2), connect)
 
 
+@feature("light", "lamp_max_bounces", "an area lamp that is not sampled after the first bounce")
+def _(stage):
+    stage.sky((0, 0, 0))
+    stage.panel().data.cycles.max_bounces = 0
+
+
 @feature("light", "many_lamps", "24 small lamps of different colours")
 def _(stage):
     stage.sky((0, 0, 0))
@@ -990,6 +996,40 @@ def _(stage):
     stage.box.is_holdout = True
 
 
+@feature("geometry", "shadow_catcher", "a floor that catches shadows before a transparent film")
+def _(stage):
+    stage.sun()
+    stage.floor.is_shadow_catcher = True
+    stage.scene.render.film_transparent = True
+
+
+@feature("geometry", "shadow_catcher_over_sky", "a floor that catches shadows below a sky")
+def _(stage):
+    stage.panel()
+    stage.floor.is_shadow_catcher = True
+
+
+def culled(stage: Stage, **settings) -> None:
+    """Boxes beside the frame, behind the camera and far away, which shade the others, and may be left out."""
+    stage.sun()
+    stage.scene.render.use_simplify = True
+    for name, value in settings.items():
+        setattr(stage.scene.cycles, name, value)
+    for place in ((-3.5, -2.0, 0.0), (-2.0, -5.5, 2.5), (-6.0, -6.0, 3.0), (1.5, 0.5, 0.0)):
+        box = tools.add_box("Shade", place, tuple(x + 1.0 for x in place), tools.diffuse("Shade", GREY))
+        box.cycles.use_camera_cull = box.cycles.use_distance_cull = True
+
+
+@feature("geometry", "camera_culling", "boxes outside the frame that camera culling leaves out")
+def _(stage):
+    culled(stage, use_camera_cull=True, camera_cull_margin=0.1)
+
+
+@feature("geometry", "distance_culling", "boxes that are left out by their distance")
+def _(stage):
+    culled(stage, use_distance_cull=True, distance_cull_margin=4.0)
+
+
 
 # --- Hair -------------------------------------------------------------------------------------------------------------
 
@@ -1274,6 +1314,24 @@ def film(name: str, what: str, **settings):
             setattr(target, last, value)
     add("film", name, what, change)
 
+
+def layer(name: str, what: str, change: Callable) -> None:
+    """A setting of the view layer. The box is in a collection of its own."""
+    def with_collection(stage: Stage) -> None:
+        stage.sun()
+        collection = bpy.data.collections.new("Boxes")
+        stage.scene.collection.children.link(collection)
+        stage.scene.collection.objects.unlink(stage.box)
+        collection.objects.link(stage.box)
+        view_layer = stage.scene.view_layers[0]
+        change(stage, view_layer, view_layer.layer_collection.children["Boxes"])
+    add("layer", name, what, with_collection)
+
+
+layer("layer_indirect_only", "a collection that contributes indirect light only", lambda stage, view_layer, boxes: setattr(boxes, "indirect_only", True))
+layer("layer_holdout", "a collection that holds out", lambda stage, view_layer, boxes: setattr(boxes, "holdout", True))
+layer("layer_override", "a material for all objects", lambda stage, view_layer, boxes: setattr(view_layer, "material_override", tools.diffuse("Override", RED)))
+layer("layer_without_world", "a view layer without its world", lambda stage, view_layer, boxes: setattr(view_layer, "use_sky", False))
 
 film("film_transparent", "transparent film", render__film_transparent=True)
 film("film_exposure", "film exposure of 2", cycles__film_exposure=2.0)

@@ -13,7 +13,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'I'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'J'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -239,12 +239,17 @@ void fields(A& a, ObjectProperty& v) {
   all(a, v.name, v.of_instancer, v.value);
 }
 template <class A>
+void fields(A& a, LightLinks& v) {
+  all(a, v.receivers, v.blockers);
+}
+template <class A>
 void fields(A& a, ObjectDescription& v) {
   all(a, v.name, v.mesh, v.materials, v.visibility, v.holdout, v.shadow_catcher, v.pass_index, v.color);
   if (a.has('3')) visit(a, v.importance);
   if (a.has('4')) visit(a, v.shadow_terminator_offset);
   if (a.has('9')) visit(a, v.light_importance);
   if (a.has('A')) visit(a, v.properties);
+  if (a.has('J')) all(a, v.receiver_set, v.blocker_set, v.links);
 }
 template <class A>
 void fields(A& a, InstanceOrigin& v) {
@@ -262,11 +267,13 @@ void fields(A& a, LightDescription& v) {
       v.area_shape, v.area_size, v.spread, v.graph, v.visibility, v.cast_shadow, v.multiple_importance);
   if (a.has('9')) visit(a, v.light_importance);
   if (a.has('E')) all(a, v.soft_falloff, v.even_spot);
+  if (a.has('J')) all(a, v.links, v.max_bounces);
 }
 template <class A>
 void fields(A& a, WorldDescription& v) {
   all(a, v.name, v.graph, v.color, v.visibility);
   if (a.has('9')) visit(a, v.light_importance);
+  if (a.has('J')) visit(a, v.max_bounces);
 }
 template <class A>
 void fields(A& a, PanoramaDescription& v) {

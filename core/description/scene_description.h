@@ -223,6 +223,15 @@ enum VisibilityBits : uint32_t {
   kVisibleAll = 63
 };
 
+/// What an emitter lights, and what casts shadows of its light (light linking and shadow linking of Blender). For each of
+/// both, the objects of the scene are divided into sets; an object is in one set.
+struct LightLinks {
+  static constexpr int kReceiverSets = 64, kBlockerSets = 26;
+  uint64_t receivers = ~uint64_t(0);  ///< bit s: lights objects whose receiver_set is s
+  uint32_t blockers = ~0u;            ///< bit s: objects whose blocker_set is s block its light
+  bool operator==(const LightLinks&) const = default;
+};
+
 /// A number or colour that Attribute nodes read by name, from the object or from its instancer.
 struct ObjectProperty {
   std::string name;
@@ -244,8 +253,10 @@ struct ObjectDescription {
   /// Shadow rays from smooth triangles start at the curved surface that the triangles approximate if the cosine to the
   /// light is below this value; 0: never (transport/paths/shadow_terminator.h).
   float shadow_terminator_offset = 0.0f;
-  float light_importance = 1.0f;           ///< if it emits: importance of its light (render/importance_map.h)
-  std::vector<ObjectProperty> properties;  ///< the properties that materials read
+  float light_importance = 1.0f;              ///< if it emits: importance of its light (render/importance_map.h)
+  std::vector<ObjectProperty> properties;     ///< the properties that materials read
+  uint8_t receiver_set = 0, blocker_set = 0;  ///< see LightLinks
+  LightLinks links;                           ///< if it emits
 };
 
 /// Data of an instance from the instancer that placed it, for the nodes Particle Info, and Texture Coordinate and UV Map
@@ -294,6 +305,8 @@ struct LightDescription {
   /// spot: the intensity does not fall with the cosine to the axis, and the cone has the scale of the lamp
   bool even_spot = false;
   bool soft_falloff = false;  ///< point, spot: a disk that faces the lit point instead of the sphere
+  LightLinks links;
+  int max_bounces = 1024;  ///< after more bounces, the light is not sampled any more, as in Cycles
 };
 
 struct WorldDescription {
@@ -302,6 +315,7 @@ struct WorldDescription {
   Color color{0.0f};
   uint32_t visibility = kVisibleAll;
   float light_importance = 1.0f;  ///< see ObjectDescription
+  int max_bounces = 1024;         ///< see LightDescription
 };
 
 enum class CameraKind : uint8_t { Perspective, Orthographic, Panorama };
@@ -383,6 +397,18 @@ struct SceneDescription {
   DicingDescription dicing;
   RenderSettings settings;
 };
+
+/// Whether the instance is a shadow catcher.
+inline bool is_catcher(const SceneDescription& d, const InstanceDescription& instance) {
+  return instance.object >= 0 && size_t(instance.object) < d.objects.size() &&
+         d.objects[size_t(instance.object)].shadow_catcher;
+}
+/// Whether there are shadow catchers.
+inline bool has_catchers(const SceneDescription& d) {
+  for (const InstanceDescription& instance : d.instances)
+    if (is_catcher(d, instance)) return true;
+  return false;
+}
 
 /// Rows of a 3x4 affine transform as a matrix.
 inline Mat4 to_matrix(const std::array<float, 12>& rows) {

@@ -436,11 +436,17 @@ ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
     if (!std::isfinite(importance) || importance < 0.0f) importance = 1.0f;
   };
   repair(d.world.light_importance);
-  for (LightDescription& light : d.lights) repair(light.light_importance);
+  for (LightDescription& light : d.lights) {
+    repair(light.light_importance);
+    light.max_bounces = std::max(light.max_bounces, 0);
+  }
+  d.world.max_bounces = std::max(d.world.max_bounces, 0);
   for (ObjectDescription& object : d.objects) {
     if (object.mesh >= int(d.meshes.size())) object.mesh = -1;
     repair(object.importance);
     repair(object.light_importance);
+    object.receiver_set = std::min<uint8_t>(object.receiver_set, LightLinks::kReceiverSets - 1);
+    object.blocker_set = std::min<uint8_t>(object.blocker_set, LightLinks::kBlockerSets - 1);
     for (ObjectProperty& property : object.properties)
       for (int i = 0; i < 4; ++i)
         if (!std::isfinite(property.value[i])) property.value[i] = 0.0f;

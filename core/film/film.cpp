@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "film/tvi.h"
@@ -69,6 +70,7 @@ const std::vector<PassInfo>& known_passes() {
                                             {"VolumeInd", 3},
                                             {"Sample Count", 1},
                                             {"Halves", 6},
+                                            {"Shadow Catcher", 3},
                                             {"Denoising Albedo", 3},
                                             {"Denoising Normal", 3},
                                             {"Variance", 1},
@@ -114,7 +116,7 @@ uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool spla
 uint64_t Film::memory_bytes() const {
   uint64_t bytes = pixels_.size() * sizeof(Pixel) + aux_.size() * sizeof(AuxPixel) +
                    guides_.size() * sizeof(GuidePixel) + parts_.size() * sizeof(PartsPixel) +
-                   goals_.size() * sizeof(uint32_t);
+                   goals_.size() * sizeof(uint32_t) + caught_.memory_bytes();
   if (splats_) bytes += pixels_.size() * sizeof(SplatPixel);
   for (const PendingSplats& pending : pending_) bytes += pending.pixels ? pixels_.size() * sizeof(PendingPixel) : 0;
   for (const Remembered& one : remembered_)
@@ -261,11 +263,37 @@ Film::SampleCounts Film::sample_counts() const {
   return counts;
 }
 
+/// The passes that contain the composite with shadow catchers.
+std::vector<float> Film::resolve_caught(const std::string& pass, float exposure, size_t channels) const {
+  std::vector<float> out(pixels_.size() * channels, 1.0f);
+  for (size_t i = 0; i < pixels_.size() && caught_.enabled(); ++i) {
+    const Pixel& p = pixels_[i];
+    const uint32_t even = p.count - p.half_count;
+    float* o = out.data() + i * channels;
+    float half[4];
+    if (pass == "Shadow Catcher") {
+      caught_.shadow(i, o);
+    } else if (pass == "Combined") {
+      caught_.composite(i, even, p.half_count, double(exposure), o);
+    } else {
+      std::fill_n(o, channels, std::numeric_limits<float>::quiet_NaN());
+      for (const bool odd : {false, true}) {
+        if ((odd ? p.half_count : even) == 0) continue;
+        caught_.composite(i, odd ? 0 : even, odd ? p.half_count : 0, double(exposure), half);
+        std::copy_n(half, 3, o + (odd ? 3 : 0));
+      }
+    }
+  }
+  return out;
+}
+
 std::vector<float> Film::resolve(const std::string& pass, float exposure) const {
   const auto& known = known_passes();
   const auto info = std::find_if(known.begin(), known.end(), [&](const PassInfo& p) { return p.name == pass; });
   if (info == known.end()) throw std::invalid_argument("Unknown pass '" + pass + "'.");
   const size_t channels = size_t(info->channels);
+  if (pass == "Shadow Catcher" || (caught_.enabled() && (pass == "Combined" || pass == "Halves")))
+    return resolve_caught(pass, exposure, channels);
   std::vector<float> out(pixels_.size() * channels, 0.0f);
   if ((is_aux_pass(pass) && aux_.empty()) || (is_guide_pass(pass) && guides_.empty()) ||
       (is_part_pass(pass) && parts_.empty()))

@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "film/caught_light.h"
 #include "film/early_samples.h"
 #include "math/types.h"
 
@@ -84,6 +85,14 @@ class Film {
   bool add_sample(int x, int y, Color radiance, float alpha, const SampleAux* aux);
   /// Adds the parts of the latest sample of this pixel.
   void add_parts(int x, int y, const SampleParts& parts);
+  /// For a scene with shadow catchers: "Combined" is then the composite with them. Must be called before the first sample.
+  void enable_catchers(bool transparent_film) { caught_.enable(pixels_.size(), transparent_film); }
+  bool has_catchers() const { return caught_.enabled(); }
+  /// Adds the latest sample of this pixel to the composite.
+  void add_caught(int x, int y, const CaughtSample& sample) {
+    const size_t index = index_of(x, y);
+    caught_.add(index, sample, (pixels_[index].count & 1) == 0);  // the count includes this sample
+  }
   /// Number of samples of this pixel of the full frame so far; it is the index of the next sample.
   uint32_t samples_of(int x, int y) const { return pixels_[index_of(x, y)].count; }
   /// Sets the goal of each pixel, in the order of the film; empty: the same for all. The luminances of samples up to
@@ -176,6 +185,7 @@ class Film {
   void sums_around(const std::vector<float>& image, int y, std::vector<double>& columns,
                    std::vector<double>& sums) const;
   ErrorEstimate estimated_error_of_few() const;
+  std::vector<float> resolve_caught(const std::string& pass, float exposure, size_t channels) const;
   ErrorEstimate error_from_pictures(const Remembered& one, const Remembered& two, uint32_t samples) const;
   static double scatter_variance(const Pixel& pixel);
   bool has_halves(const Pixel& pixel) const;
@@ -201,6 +211,7 @@ class Film {
   std::vector<Remembered> remembered_;  // in the order of time
   std::vector<uint32_t> goals_;
   EarlySamples early_;
+  CaughtLight caught_;
   std::atomic<uint64_t> refused_{0};
 };
 

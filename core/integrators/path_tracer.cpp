@@ -64,6 +64,9 @@ class PathTracer final : public Integrator {
     ends_early_ = plan.ends_early;
     media_.reset();
     if (plan.media) media_ = std::make_unique<Media>(*scene_);
+    media_of_catchers_.reset();
+    if (const Scene* catchers = scene_->catchers().get(); catchers && catchers->has_media())
+      media_of_catchers_ = std::make_unique<Media>(*catchers);
     guide_.reset();
     guide_past_.reset();
     guiding_ = plan.guiding;
@@ -90,6 +93,7 @@ class PathTracer final : public Integrator {
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
+    if (scene_->catchers()) film.enable_catchers(scene_->settings().transparent_film);
     if (mixture_ && mixture_->wants_pilot() && !run_pilot(film, stop)) return;
     if (!guide_ && wants_guide()) {
       const auto mode = guiding_ == Guiding::On ? PathGuide::Mode::On : PathGuide::Mode::Auto;
@@ -229,7 +233,10 @@ class PathTracer final : public Integrator {
           Guide guide;
           if constexpr (Guide::kGuided) guide = guide_->of_sample(px - film.x0(), py - film.y0(), pixel, index);
           Parts parts;
-          const PathStart start{*scene_, ray, px, py, tile.sampler, aux, tile.counter, ends_early_};
+          CaughtPath caught;
+          const PathStart start{*scene_,      ray,          px,
+                                py,           tile.sampler, aux,
+                                tile.counter, ends_early_,  scene_->catchers() ? &caught : nullptr};
           const auto along = [&](auto medium) {
             return PathWalk<DirectLight, Guide, Medium, Parts>(direct_light, guide, std::move(medium), parts, start)
                 .trace(alpha);
@@ -247,9 +254,52 @@ class PathTracer final : public Integrator {
           if constexpr (Guide::kGuided)
             guide_->measure(px - film.x0(), py - film.y0(), scene_->settings().exposure * radiance);
           const bool added = film.add_sample(px, py, radiance, alpha, aux);
+          if (added && film.has_catchers()) [[unlikely]] {
+            const CaughtSample sample = compare(caught, start, index, radiance, alpha);
+            if (is_finite(sample.alone) && is_finite(sample.background)) film.add_caught(px, py, sample);
+          }
           if constexpr (std::is_same_v<Parts, SampleParts>)
             if (added) film.add_parts(px, py, parts);
         });
+  }
+
+  /// The part of a sample in the composite with shadow catchers. Where the path met a catcher, a second path starts there
+  /// in the scene without the other objects.
+  CaughtSample compare(const CaughtPath& path, const PathStart& start, uint32_t index, Color radiance, float alpha) {
+    const Color background = start.ray.t_max > 0.0f && scene_->lights().environment_index() >= 0
+                                 ? scene_->lights().environment_radiance(start.ray.direction, kRayCamera)
+                                 : Color(0.0f);
+    if (!path.caught) return {.matte = radiance, .alpha = alpha, .background = path.sees_background * background};
+    CaughtPath again;
+    const PathStart same{*scene_->catchers(), start.ray, start.pixel_x, start.pixel_y, start.sampler, nullptr,
+                         start.counters,      false,     &again};
+    const MisDirectLight direct_light;
+    const Unguided unguided{};
+    NoParts parts;
+    float unused = 0.0f;
+    const auto along = [&](auto medium) {
+      return PathWalk<MisDirectLight, Unguided, decltype(medium), NoParts>(direct_light, unguided, std::move(medium),
+                                                                           parts, same)
+          .trace(unused);
+    };
+    Color alone;
+    if (const Media* media = media_of_catchers_.get()) {
+      const uint32_t pixel = uint32_t(start.pixel_y) * uint32_t(scene_->settings().width) + uint32_t(start.pixel_x);
+      MediaCounters& counters = start.counters.media;
+      const MediaStack around = media->around(start.ray.origin + start.ray.t_min * start.ray.direction, start.ray.time,
+                                              counters);
+      alone = along(InMedia{*media, counters, Pcg32(hash_combine(seed_, pixel), index), around});
+    } else {
+      alone = along(NoMedia());
+    }
+    // Both paths have the same throughput in what fills the world. The first one may have passed other objects as well.
+    const Color passed = path.throughput / glm::max(again.throughput, Color(1e-20f));
+    return {.caught = true,
+            .lit = radiance - path.before,
+            .alone = again.caught ? passed * (alone - again.before) : Color(0.0f),
+            .matte = path.before,
+            .alpha = path.alpha_before,
+            .background = path.throughput * background};
   }
 
   std::shared_ptr<const Scene> scene_;
@@ -260,6 +310,7 @@ class PathTracer final : public Integrator {
   std::unique_ptr<PathGuide> guide_;                   // null: directions by the BSDF alone
   std::shared_ptr<const PathGuide::Past> guide_past_;  // from which the guide starts
   std::unique_ptr<Media> media_;                       // null: no media
+  std::unique_ptr<Media> media_of_catchers_;           // of Scene::catchers; null: no media
   MediaCounters media_counters_;
   bool ends_early_ = false;
   Guiding guiding_ = Guiding::Off;

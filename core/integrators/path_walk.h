@@ -49,6 +49,14 @@ using PathShares = std::array<Color, 3>;
 /// Where nothing is scattered (light beyond the terminator), the shares are those of the albedo.
 PathShares shares_of(const Bsdf& bsdf, const PathShares& scattered);
 
+/// Where a path from the camera meets a shadow catcher.
+struct CaughtPath {
+  bool caught = false;
+  Color before{0.0f}, throughput{1.0f};  ///< the light before, and the throughput there
+  float alpha_before = 0.0f;
+  Color sees_background{0.0f};  ///< throughput with which the path leaves the scene unscattered
+};
+
 /// Input of a path.
 struct PathStart {
   const Scene& scene;
@@ -57,7 +65,8 @@ struct PathStart {
   Sampler& sampler;
   SampleAux* aux;  ///< null if no pass needs it
   PathCounters& counters;
-  bool ends_early;  ///< RenderPlan::ends_early
+  bool ends_early;               ///< RenderPlan::ends_early
+  CaughtPath* caught = nullptr;  ///< null: the scene has no shadow catchers
 };
 
 template <class DirectLight, class Guide, class Medium, class Parts>
@@ -104,6 +113,8 @@ class PathWalk {
     }
     if (!walk_.found()) {
       walk_.meet_distant(meet);
+      if (start_.caught && walk_.seen_directly()) [[unlikely]]
+        if (!start_.caught->caught) start_.caught->sees_background = beta_;
       alpha_ += walk_.alpha_of_nothing(beta_);
       return false;
     }
@@ -113,6 +124,8 @@ class PathWalk {
     if constexpr (kMedia) {
       if (program.has_volume() && !program.has_surface()) return cross_boundary();
     }
+    if (start_.caught && walk_.seen_directly()) [[unlikely]]
+      meet_catcher();
     program.evaluate_surface(walk_.point, walk_.shading);
     return meet_surface() && enter_surface() && scatter();
   }
@@ -151,8 +164,9 @@ class PathWalk {
     const Vec3 wi = walk_.ray.direction;
     if constexpr (kMedia)
       if (medium_.chose)
-        return weight_of_hit_in_medium(scene_, {previous_.position, medium_.chosen_from, previous_.bsdf_pdf}, light, wi,
-                                       position, normal);
+        return weight_of_hit_in_medium(
+            scene_, {previous_.position, medium_.chosen_from, previous_.bsdf_pdf, previous_.receiver_set}, light, wi,
+            position, normal);
     return direct_light_.weight_of_hit(scene_, previous_, light, wi, position, normal);
   }
 
@@ -241,6 +255,7 @@ class PathWalk {
     previous_ = DirectVertex();
     previous_.bsdf_pdf = pdf;
     previous_.position = place;
+    previous_.receiver_set = medium_.media.receiver_set(medium_.stack);
     medium_.chose = true;
     Ray next;
     next.origin = place;
@@ -259,6 +274,11 @@ class PathWalk {
   }
 
   // ---- Surfaces ------------------------------------------------------------------------------
+
+  void meet_catcher() {
+    CaughtPath& path = *start_.caught;
+    if (!path.caught && walk_.point.object->shadow_catcher) path = {true, radiance_, beta_, alpha_, Color(0.0f)};
+  }
 
   /// Adds the emission of the surface and records passes. Returns false where the path ends.
   [[gnu::always_inline]] bool meet_surface() {
@@ -361,6 +381,7 @@ class PathWalk {
     previous_.bsdf_pdf = sample->specular ? 0.0f : sample->pdf_solid_angle;
     previous_.position = point.position;
     previous_.normal = bsdf.receiving_normal();
+    previous_.receiver_set = receiver_set(point);
     walk_.leave_along(sample->wi);
     return true;
   }

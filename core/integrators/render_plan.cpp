@@ -68,6 +68,14 @@ class Planner {
     const bool environment = lights.environment_index() >= 0;
     add("environment", environment, environment ? "the world emits light" : "the world is black",
         "tables: " + memory(built.environment_bytes));
+    const bool catchers = scene_.catchers() != nullptr;
+    add("shadow catchers", catchers,
+        catchers ? "the camera sees shadow catchers: they are compared with a scene without the other objects"
+                 : "the camera sees no shadow catcher",
+        "a second path where the camera sees a catcher");
+    add("light linking", lights.any_linked(),
+        lights.any_linked() ? "some lights light some objects only" : "every light lights every object",
+        "a light tree for each group of objects with the same lights");
     const bool lamp_shapes = scene_.has_lamp_shapes();
     add("lamp shapes", lamp_shapes, lamp_shapes ? "some lamps have extent and can be hit" : "no lamp has extent",
         "a second, small search along each ray");
@@ -126,7 +134,11 @@ class Planner {
     if (plan_.media)
       instead = "there are volumes";
     else if (partial)
-      instead = "a light is hidden from some kinds of rays";
+      instead = "a light is hidden from some kinds of rays or has its own blockers";
+    else if (scene_.lights().any_linked())
+      instead = "a light does not light all objects";
+    else if (scene_.lights().any_limited())
+      instead = "a light has its own number of bounces";
     else if (plan_.parts)
       instead = "passes of parts of the light are asked for";
     if (asked.value == DirectMethod::Mis && direct.samples == 1) instead.clear();
@@ -149,10 +161,16 @@ class Planner {
             : instead + ": the default method is used",
         number(uint64_t(direct.samples)) + (direct.samples > 1 ? " shadow rays" : " shadow ray") +
             " at a surface that the camera sees");
+    if (scene_.lights().any_limited() && !integrator_.knows_parts)
+      plan_.warnings.emplace_back(std::string(integrator_.label) +
+                                  " does not follow Max Bounces of lamps and of the world. Path Tracing does.");
     if (settings_.direct == DirectMethod::Mis) return;
     if (partial)
       plan_.warnings.emplace_back(
-          "A light is hidden from some kinds of rays: direct light is sampled by the default method.");
+          "A light is hidden from some kinds of rays or has its own blockers: direct light is sampled by the default "
+          "method.");
+    if (scene_.lights().any_linked())
+      plan_.warnings.emplace_back("A light does not light all objects: direct light is sampled by the default method.");
     if (plan_.media) plan_.warnings.emplace_back("There are volumes: direct light is sampled by the default method.");
   }
 

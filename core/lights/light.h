@@ -8,6 +8,7 @@
 
 #include <optional>
 
+#include "description/scene_description.h"
 #include "math/frame.h"
 #include "math/types.h"
 
@@ -49,6 +50,7 @@ struct LightPlace {
   Vec3 position, normal;  ///< for distant lights and those without extent the normal is -wi
   /// bound of the rounding error that moves the position off its surface, besides a fraction of the distance
   float position_error = 0.0f;
+  uint32_t blockers = kVisibleShadow;  ///< Ray::blockers of the shadow ray to it
 };
 
 struct LightSample : LightPlace {
@@ -69,6 +71,21 @@ struct LightRay {
   float pdf_solid_angle;  ///< of the direction (1 for the delta sun)
 };
 
+inline constexpr uint64_t kAllReceivers = ~uint64_t(0);
+/// The receiver set of what every light lights: the camera, and the volume of the world.
+inline constexpr uint32_t kEveryLight = 64;
+inline bool lights_set(uint64_t receivers, uint32_t receiver_set) {
+  return receiver_set >= kEveryLight || (receivers >> receiver_set & 1) != 0;
+}
+/// Bits of BuiltInstance::visibility above those of VisibilityBits, and of Ray::blockers: an object that casts shadows
+/// has the bit of its blocker set.
+constexpr uint32_t blocker_bit(uint32_t set) { return 64u << set; }
+/// Ray::blockers of a light with these links.
+constexpr uint32_t blockers_of(const LightLinks& links) {
+  constexpr uint32_t kAll = (1u << LightLinks::kBlockerSets) - 1;
+  return (links.blockers & kAll) == kAll ? uint32_t(kVisibleShadow) : (links.blockers & kAll) << 6;
+}
+
 /// The properties of a light that integrators need at every sample.
 struct LightFlags {
   LightType type = LightType::Point;
@@ -76,10 +93,14 @@ struct LightFlags {
   bool cast_shadow = true;
   bool mis = true;  ///< may also be found by BSDF sampling
   bool soft = false;
-  /// Whether only some kinds of lobes see the light (VisibilityBits of diffuse, glossy and transmission). Rough lobes
-  /// are then lit by light sampling alone, which distinguishes the kinds. Rays of sharp lobes see the light if it is
-  /// visible to their kind.
-  bool partial() const { return (visibility & 14u) != 14u; }
+  uint64_t receivers = kAllReceivers;  ///< LightLinks::receivers
+  uint32_t blockers = kVisibleShadow;  ///< Ray::blockers of its shadow rays
+  int max_bounces = 1024;              ///< LightDescription::max_bounces
+  /// Whether only some kinds of lobes see the light (VisibilityBits of diffuse, glossy and transmission), or only some
+  /// objects block it. Rough lobes are then lit by light sampling alone, which distinguishes the kinds and the blockers.
+  /// Rays of sharp lobes see the light if it is visible to their kind, and if nothing is in front of it.
+  bool partial() const { return (visibility & 14u) != 14u || blockers != kVisibleShadow; }
+  bool lights(uint32_t receiver_set) const { return lights_set(receivers, receiver_set); }
 };
 
 /// One light as data; only the members for its type are set.
@@ -103,6 +124,9 @@ struct Light {
   float spread_tan = 0.0f, spread_norm = 1.0f;  ///< area: slope and scale of the attenuation
   int shader = -1;                              ///< program that multiplies `radiance` at the light point; -1: none
   uint32_t instance = 0, primitive = 0;         ///< of a triangle
+  uint64_t receivers = kAllReceivers;           ///< see LightFlags
+  uint32_t blockers = kVisibleShadow;           ///< see LightFlags
+  int max_bounces = 1024;                       ///< see LightFlags
   float power = 0.0f;                           ///< luminance of the emitted watts, for the choice of a light
 };
 

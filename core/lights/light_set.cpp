@@ -27,7 +27,11 @@ size_t LightSet::size() const { return data_->size; }
 uint32_t LightSet::lamp_count() const { return uint32_t(data_->lamps.size()); }
 int LightSet::environment_index() const { return data_->environment_index; }
 const std::vector<uint32_t>& LightSet::distant_disks() const { return data_->distant_disks; }
-size_t LightSet::tree_bytes() const { return data_->tree.memory_bytes(); }
+size_t LightSet::tree_bytes() const {
+  size_t bytes = data_->all.tree.memory_bytes();
+  for (const LightChooser& linked : data_->linked) bytes += linked.tree.memory_bytes();
+  return bytes;
+}
 size_t LightSet::environment_bytes() const { return data_->environment.table_bytes(); }
 double LightSet::total_power() const { return data_->by_power.total(); }
 
@@ -35,7 +39,10 @@ Light LightSet::light(uint32_t index) const {
   const Data& d = *data_;
   if (d.is_lamp(index)) return d.lamps[index];
   Light light;
-  light.visibility = flags(index).visibility;
+  const LightFlags known = flags(index);
+  light.visibility = known.visibility;
+  light.receivers = known.receivers;
+  light.blockers = known.blockers;
   light.power = float(d.by_power.pmf(index) * d.by_power.total());
   if (d.is_environment(index)) {
     light.type = LightType::Environment;
@@ -60,41 +67,48 @@ LightFlags LightSet::flags(uint32_t index) const {
   const Data& d = *data_;
   if (d.is_lamp(index)) {
     const Light& lamp = d.lamps[index];
-    return {lamp.type, lamp.visibility, lamp.cast_shadow, lamp.mis, lamp.soft};
+    return {lamp.type, lamp.visibility, lamp.cast_shadow, lamp.mis,
+            lamp.soft, lamp.receivers,  lamp.blockers,    lamp.max_bounces};
   }
-  if (d.is_environment(index)) return {LightType::Environment, d.environment_visibility, true, true};
-  return {LightType::Triangle, d.instances[d.block_of(index).instance].visibility, true, true};
+  if (d.is_environment(index))
+    return {
+        .type = LightType::Environment, .visibility = d.environment_visibility, .max_bounces = d.environment_bounces};
+  const Data::TriangleBlock& block = d.block_of(index);
+  return {LightType::Triangle, d.instances[block.instance].visibility, true, true, false, block.receivers,
+          block.blockers};
 }
 
 bool LightSet::any_partial() const { return data_->any_partial; }
 bool LightSet::took_environment_over() const { return data_->took_environment_over; }
-bool LightSet::can_choose() const { return !data_->tree.empty() || !data_->distant.empty(); }
+bool LightSet::any_limited() const { return data_->any_limited; }
+bool LightSet::any_linked() const { return data_->any_linked; }
+bool LightSet::can_choose() const { return !data_->all.tree.empty() || !data_->all.distant.empty(); }
 
 uint64_t LightSet::fingerprint() const {
-  uint64_t hash = hash64(data_->tree.fingerprint() ^ data_->size);
+  uint64_t hash = hash64(data_->all.tree.fingerprint() ^ data_->size);
   const auto add = [&](float x) { hash = hash64(hash ^ std::bit_cast<uint32_t>(x)); };
-  for (const Data::DistantLight& l : data_->distant) {
+  for (const LightChooser::DistantLight& l : data_->all.distant) {
     hash = hash64(hash ^ l.light);
     for (const float x : {l.irradiance, l.direction.x, l.direction.y, l.direction.z, l.cos_size}) add(x);
   }
   return hash;
 }
 
-LightSet::Choice LightSet::choose(Vec3 p, Vec3 n, float u) const {
-  const Data& d = *data_;
+LightSet::Choice LightSet::choose(Vec3 p, Vec3 n, float u, uint32_t receiver_set) const {
+  const LightChooser& d = data_->chooser(receiver_set);
   if (d.even.empty()) return d.choose_by_estimate(p, n, u);
   if (u < kEvenShare) {
     const float place = u / kEvenShare * float(d.even.size());
     const size_t i = std::min(size_t(place), d.even.size() - 1);
-    return {d.even[i], choice_pmf(p, n, d.even[i]), std::min(place - float(i), kOneMinusEpsilon)};
+    return {d.even[i], choice_pmf(p, n, d.even[i], receiver_set), std::min(place - float(i), kOneMinusEpsilon)};
   }
   Choice choice = d.choose_by_estimate(p, n, std::min((u - kEvenShare) / (1.0f - kEvenShare), kOneMinusEpsilon));
   if (choice.pmf > 0.0f) choice.pmf = kEvenShare / float(d.even.size()) + (1.0f - kEvenShare) * choice.pmf;
   return choice;
 }
 
-float LightSet::choice_pmf(Vec3 p, Vec3 n, uint32_t light) const {
-  const Data& d = *data_;
+float LightSet::choice_pmf(Vec3 p, Vec3 n, uint32_t light, uint32_t receiver_set) const {
+  const LightChooser& d = data_->chooser(receiver_set);
   const float pmf = d.pmf_by_estimate(p, n, light);
   if (d.even.empty()) return pmf;
   const bool is_even = std::find(d.even.begin(), d.even.end(), light) != d.even.end();
@@ -102,7 +116,7 @@ float LightSet::choice_pmf(Vec3 p, Vec3 n, uint32_t light) const {
 }
 
 void LightSet::cut(Vec3 p, float radius, Vec3 n, int max_branches, std::vector<Branch>& branches) const {
-  const Data& d = *data_;
+  const LightChooser& d = data_->all;
   branches.clear();
   const size_t distant = d.distant.size() <= kMaxDistantBranches ? d.distant.size() : 1;
   std::vector<LightTree::CutNode> nodes;
@@ -115,7 +129,7 @@ void LightSet::cut(Vec3 p, float radius, Vec3 n, int max_branches, std::vector<B
 }
 
 LightSet::Choice LightSet::choose_in(uint32_t branch, Vec3 p, Vec3 n, float u) const {
-  const Data& d = *data_;
+  const LightChooser& d = data_->all;
   if (branch < kDistantBranch) {
     const LightTree::Choice choice = d.tree.choose_below(branch, p, n, u);
     return {choice.light, choice.pmf, choice.u_remapped};
@@ -125,18 +139,18 @@ LightSet::Choice LightSet::choose_in(uint32_t branch, Vec3 p, Vec3 n, float u) c
 }
 
 float LightSet::pmf_in(uint32_t branch, Vec3 p, Vec3 n, uint32_t light) const {
-  const Data& d = *data_;
+  const LightChooser& d = data_->all;
   if (branch < kDistantBranch) return d.tree.pmf_below(branch, p, n, light);
-  const size_t i = size_t(
-      std::find_if(d.distant.begin(), d.distant.end(), [&](const Data::DistantLight& l) { return l.light == light; }) -
-      d.distant.begin());
+  const size_t i = size_t(std::find_if(d.distant.begin(), d.distant.end(),
+                                       [&](const LightChooser::DistantLight& l) { return l.light == light; }) -
+                          d.distant.begin());
   if (i == d.distant.size()) return 0.0f;
   if (d.distant.size() <= kMaxDistantBranches) return branch - kDistantBranch == i ? 1.0f : 0.0f;
   return d.distant[i].importance(n) / d.distant_importance(n);
 }
 
 uint32_t LightSet::place_of(uint32_t light) const {
-  const Data& d = *data_;
+  const LightChooser& d = data_->all;
   if (d.tree.contains(light)) return d.tree.leaf_of(light);
   for (size_t i = 0; i < d.distant.size(); ++i)
     if (d.distant[i].light == light) return kDistantBranch | uint32_t(i);
@@ -151,7 +165,7 @@ std::vector<LightSet::SourceRange> LightSet::sources() const {
   const Data& d = *data_;
   std::vector<SourceRange> sources;
   for (uint32_t i = 0; i < d.lamps.size(); ++i) {
-    if (!d.can_choose(i)) continue;
+    if (!d.all.can_choose(i)) continue;
     const bool distant = is_distant(d.lamps[i].type);
     sources.push_back({i, 1, distant ? d.scene_center : d.lamps[i].position, distant});
   }
@@ -167,7 +181,7 @@ std::vector<LightSet::SourceRange> LightSet::sources() const {
     }
     sources.push_back({block.first, block.count, center / float(counted), false});
   }
-  if (d.environment_index >= 0 && d.can_choose(uint32_t(d.environment_index)))
+  if (d.environment_index >= 0 && d.all.can_choose(uint32_t(d.environment_index)))
     sources.push_back({uint32_t(d.environment_index), 1, d.scene_center, true});
   return sources;
 }

@@ -96,8 +96,13 @@ class LightSet {
   /// Whether there is a light that only some kinds of lobes see.
   bool any_partial() const;
   bool took_environment_over() const;
-  Choice choose(Vec3 p, Vec3 n, float u) const;
-  float choice_pmf(Vec3 p, Vec3 n, uint32_t light) const;
+  /// Whether a light does not light all objects. Then `choose` for the receiver set of an object chooses among the lights
+  /// that light it.
+  bool any_linked() const;
+  /// Whether a light has a maximum number of bounces that the limits of the scene do not have.
+  bool any_limited() const;
+  Choice choose(Vec3 p, Vec3 n, float u, uint32_t receiver_set = kEveryLight) const;
+  float choice_pmf(Vec3 p, Vec3 n, uint32_t light, uint32_t receiver_set = kEveryLight) const;
 
   /// The same choice in two steps, of which the first can be learned. `cut` gives branches that together hold every
   /// light once, in ascending order, with their shares for a neighbourhood of p. `choose_in` chooses a light of one

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <vector>
 
 #include <tbb/parallel_for.h>
 
@@ -59,7 +61,13 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
     }
     if (light.type == LightType::DistantDisk && !is_black(light.radiance) && light.mis)
       distant_disks.push_back(uint32_t(i));
-    any_partial |= !is_black(light.radiance) && LightFlags{light.type, light.visibility}.partial();
+    light.receivers = description.links.receivers;
+    light.blockers = blockers_of(description.links);
+    light.max_bounces = description.max_bounces;
+    any_linked |= light.receivers != kAllReceivers;
+    any_limited |= light.max_bounces < in.description.settings.bounces.total;
+    any_partial |= !is_black(light.radiance) &&
+                   (LightFlags{light.type, light.visibility}.partial() || light.blockers != kVisibleShadow);
     lamps.push_back(light);
   }
 }
@@ -78,6 +86,8 @@ void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& dia
     return;
   }
   environment_visibility = in.description.world.visibility;
+  environment_bounces = in.description.world.max_bounces;
+  any_limited |= environment_bounces < in.description.settings.bounces.total;
   environment_index = int(weights.size());
   // Radiance integrated over the sphere, times the area of the scene's disk.
   const double power = 4.0 * M_PI * double(environment.mean_luminance()) * M_PI * double(scene_radius) *
@@ -89,30 +99,22 @@ void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& dia
   weights.push_back(1.0);
 }
 
-/// `inside`: power of each light relative to the others of its source.
-void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::vector<double>& inside,
-                                 bool has_media) {
-  double total = 0.0;
-  for (const Source& s : sources) total += s.power;
-  std::vector<double> watts(inside.size(), 0.0);
+/// Of the lights of these sources, with the watts of each light.
+LightChooser LightSet::Data::make_chooser(const std::vector<Source>& sources, const std::vector<double>& watts,
+                                          bool has_media) const {
+  LightChooser chooser;
   std::vector<LightTree::Entry> entries;
+  const double disk = M_PI * double(scene_radius) * double(scene_radius);
   for (const Source& s : sources) {
-    // A source of unknown power must also be chosen and emit rays.
-    const double power = s.power > 0.0 ? s.power : std::max(total, 1.0) * 0.01 / double(sources.size());
-    double sum = 0.0;
-    for (uint32_t i = s.first; i < s.first + s.count; ++i) sum += inside[i];
-    for (uint32_t i = s.first; i < s.first + s.count; ++i) watts[i] = power * inside[i] / sum;
     if (!(s.chosen > 0.0)) continue;
     if (is_environment(s.first)) {
-      const double disk = M_PI * double(scene_radius) * double(scene_radius);
-      distant.push_back({s.first, float(s.chosen * power / disk / 4.0), Vec3(0.0f), 1.0f, 0.0f});
+      chooser.distant.push_back({s.first, float(s.chosen * watts[s.first] / disk / 4.0), Vec3(0.0f), 1.0f, 0.0f});
     } else if (is_lamp(s.first) && is_distant(lamps[s.first].type)) {
       const Light& sun = lamps[s.first];
       const float cosine = 1.0f / std::sqrt(1.0f + sqr(sun.radius));
-      distant.push_back({s.first, float(power / (M_PI * double(scene_radius) * double(scene_radius))), -sun.frame.n,
-                         cosine, sun.radius * cosine});
+      chooser.distant.push_back({s.first, float(watts[s.first] / disk), -sun.frame.n, cosine, sun.radius * cosine});
     } else if (is_lamp(s.first)) {
-      entries.push_back({s.first, lamp_bounds(lamps[s.first], float(power))});
+      entries.push_back({s.first, lamp_bounds(lamps[s.first], float(watts[s.first]))});
       let_grow(entries.back().bounds, s.growth, kFar * scene_radius);
     } else {
       const TriangleBlock& block = block_of(s.first);
@@ -129,21 +131,52 @@ void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::
     }
   }
   float all_distant = 0.0f;
-  for (const DistantLight& l : distant) all_distant += l.irradiance;
-  for (DistantLight& l : distant)
-    l.irradiance = (1.0f - kEqualDistant) * l.irradiance + kEqualDistant * all_distant / float(distant.size());
+  for (const LightChooser::DistantLight& l : chooser.distant) all_distant += l.irradiance;
+  for (LightChooser::DistantLight& l : chooser.distant)
+    l.irradiance = (1.0f - kEqualDistant) * l.irradiance + kEqualDistant * all_distant / float(chooser.distant.size());
   // Lights that are too weak for floats cannot be compared with others.
   std::erase_if(entries, [](const LightTree::Entry& e) {
     return !(e.bounds.intensity > 0.0f && std::isfinite(e.bounds.intensity) && is_finite(e.bounds.lower) &&
              is_finite(e.bounds.upper));
   });
-  const size_t count = entries.size() + distant.size();
+  const size_t count = entries.size() + chooser.distant.size();
   if (has_media && count > 1 && count <= kMaxLightsForEven) {
-    for (const LightTree::Entry& e : entries) even.push_back(e.light);
-    for (const DistantLight& l : distant) even.push_back(l.light);
+    for (const LightTree::Entry& e : entries) chooser.even.push_back(e.light);
+    for (const LightChooser::DistantLight& l : chooser.distant) chooser.even.push_back(l.light);
   }
-  tree = LightTree(std::move(entries), uint32_t(inside.size()));
+  chooser.tree = LightTree(std::move(entries), uint32_t(watts.size()));
+  return chooser;
+}
+
+/// `inside`: power of each light relative to the others of its source.
+void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::vector<double>& inside,
+                                 bool has_media) {
+  double total = 0.0;
+  for (const Source& s : sources) total += s.power;
+  std::vector<double> watts(inside.size(), 0.0);
+  for (const Source& s : sources) {
+    // A source of unknown power must also be chosen and emit rays.
+    const double power = s.power > 0.0 ? s.power : std::max(total, 1.0) * 0.01 / double(sources.size());
+    double sum = 0.0;
+    for (uint32_t i = s.first; i < s.first + s.count; ++i) sum += inside[i];
+    for (uint32_t i = s.first; i < s.first + s.count; ++i) watts[i] = power * inside[i] / sum;
+  }
+  all = make_chooser(sources, watts, has_media);
   by_power = DiscreteDistribution(watts);
+  if (!any_linked) return;
+  // Receiver sets that have the same lights share a chooser.
+  std::map<std::vector<bool>, uint8_t> known;
+  for (uint32_t set = 0; set < kEveryLight; ++set) {
+    std::vector<bool> lit;
+    std::vector<Source> of_set;
+    for (const Source& s : sources) {
+      lit.push_back(lights_set(receivers_of(s.first), set));
+      if (lit.back()) of_set.push_back(s);
+    }
+    const auto [found, is_new] = known.emplace(std::move(lit), uint8_t(linked.size()));
+    if (is_new) linked.push_back(make_chooser(of_set, watts, has_media));
+    linked_of.push_back(found->second);
+  }
 }
 
 LightSet::LightSet(const LightBuildInput& in, Diagnostics& diagnostics) : LightSet() {

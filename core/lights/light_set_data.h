@@ -35,23 +35,13 @@ struct LightSource {
   int growth = 0;       // power of the distance with which it grows; `power` is that at kFar
 };
 
-struct LightSet::Data {
+/// The choice among some lights by estimated irradiance.
+struct LightChooser {
+  using Choice = LightSet::Choice;
   /// Minimum and maximum probability of all distant lights together if there are other lights: occlusion is not known.
   static constexpr float kMinDistant = 0.1f, kMaxDistant = 0.8f;
   /// Minimum cosine at the receiver of a sun: shading normals differ from geometric ones.
   static constexpr float kMinSunCosine = 0.02f;
-
-  struct SlotEmission {
-    const ShaderProgram* program = nullptr;  // null: no emission
-    bool constant = true;
-    Color radiance{0.0f};  // if constant
-  };
-
-  /// All triangles of one emissive instance: lights first .. first + count - 1.
-  struct TriangleBlock {
-    uint32_t instance = 0, first = 0, count = 0;
-    std::vector<SlotEmission> slots;
-  };
 
   /// A sun or the environment, for the choice.
   struct DistantLight {
@@ -65,39 +55,12 @@ struct LightSet::Data {
       return irradiance * (cosine >= cos_size ? 1.0f : std::max(cosine * cos_size + sine * sin_size, kMinSunCosine));
     }
   };
-  using Source = LightSource;
-  struct Pending;
 
-  const ObjectDescription* objects = nullptr;
-  const BuiltMesh* meshes = nullptr;
-  const BuiltInstance* instances = nullptr;
-  const ShaderProgram* lamp_programs = nullptr;
-  std::vector<Light> lamps;
-  std::vector<TriangleBlock> blocks;  // by `first`
-  Environment environment;
-  uint32_t environment_visibility = 0;
-  bool any_partial = false, took_environment_over = false;
-  int environment_index = -1;
-  std::vector<uint32_t> distant_disks;
-  Vec3 scene_center{0.0f};
-  float scene_radius = 1.0f;
-  DiscreteDistribution by_power;
-  LightTree tree;  // of all local lights
+  LightTree tree;  // of the local lights
   std::vector<DistantLight> distant;
   // lights with an additional uniform probability; empty without media or with many lights
   std::vector<uint32_t> even;
-  uint32_t size = 0;
 
-  const TriangleBlock& block_of(uint32_t index) const {
-    return *(std::upper_bound(blocks.begin(), blocks.end(), index,
-                              [](uint32_t i, const TriangleBlock& b) { return i < b.first; }) -
-             1);
-  }
-  const SlotEmission& emission_of(const TriangleBlock& block, uint32_t primitive) const {
-    const BuiltMesh& mesh = meshes[instances[block.instance].mesh];
-    const size_t slot = mesh.material_slots.empty() ? 0 : mesh.material_slots[primitive];
-    return block.slots[std::min(slot, block.slots.size() - 1)];  // removed slots use the last one
-  }
   bool can_choose(uint32_t index) const {
     return tree.contains(index) ||
            std::any_of(distant.begin(), distant.end(), [&](const DistantLight& l) { return l.light == index; });
@@ -152,6 +115,60 @@ struct LightSet::Data {
       if (l.light == light) return share * (l.importance(n) / sum);
     return (1.0f - share) * tree.pmf(p, n, light);
   }
+};
+
+struct LightSet::Data {
+  struct SlotEmission {
+    const ShaderProgram* program = nullptr;  // null: no emission
+    bool constant = true;
+    Color radiance{0.0f};  // if constant
+  };
+
+  /// All triangles of one emissive instance: lights first .. first + count - 1.
+  struct TriangleBlock {
+    uint32_t instance = 0, first = 0, count = 0;
+    std::vector<SlotEmission> slots;
+    uint64_t receivers = kAllReceivers;  // see LightFlags
+    uint32_t blockers = kVisibleShadow;
+  };
+
+  using Source = LightSource;
+  struct Pending;
+
+  const ObjectDescription* objects = nullptr;
+  const BuiltMesh* meshes = nullptr;
+  const BuiltInstance* instances = nullptr;
+  const ShaderProgram* lamp_programs = nullptr;
+  std::vector<Light> lamps;
+  std::vector<TriangleBlock> blocks;  // by `first`
+  Environment environment;
+  uint32_t environment_visibility = 0;
+  int environment_bounces = 1024;
+  bool any_partial = false, took_environment_over = false;
+  int environment_index = -1;
+  std::vector<uint32_t> distant_disks;
+  Vec3 scene_center{0.0f};
+  float scene_radius = 1.0f;
+  DiscreteDistribution by_power;
+  LightChooser all;                  // of all lights
+  std::vector<LightChooser> linked;  // of the lights of some receiver sets
+  std::vector<uint8_t> linked_of;  // for each receiver set, index into `linked`; empty if all lights light all objects
+  bool any_linked = false, any_limited = false;
+  uint32_t size = 0;
+
+  const TriangleBlock& block_of(uint32_t index) const {
+    return *(std::upper_bound(blocks.begin(), blocks.end(), index,
+                              [](uint32_t i, const TriangleBlock& b) { return i < b.first; }) -
+             1);
+  }
+  const SlotEmission& emission_of(const TriangleBlock& block, uint32_t primitive) const {
+    const BuiltMesh& mesh = meshes[instances[block.instance].mesh];
+    const size_t slot = mesh.material_slots.empty() ? 0 : mesh.material_slots[primitive];
+    return block.slots[std::min(slot, block.slots.size() - 1)];  // removed slots use the last one
+  }
+  const LightChooser& chooser(uint32_t receiver_set) const {
+    return receiver_set < linked_of.size() ? linked[linked_of[receiver_set]] : all;
+  }
   bool is_lamp(uint32_t index) const { return index < lamps.size(); }
   bool is_environment(uint32_t index) const { return int(index) == environment_index; }
 
@@ -166,6 +183,11 @@ struct LightSet::Data {
   void add_environment(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
                        std::vector<double>& weights);
   void make_tables(const std::vector<Source>& sources, const std::vector<double>& inside, bool has_media);
+  LightChooser make_chooser(const std::vector<Source>& sources, const std::vector<double>& watts, bool has_media) const;
+  uint64_t receivers_of(uint32_t index) const {
+    if (is_environment(index)) return kAllReceivers;
+    return is_lamp(index) ? lamps[index].receivers : block_of(index).receivers;
+  }
 
   Color lamp_radiance(const Light& light, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
     // Of a point lamp or a soft one, the profile is the same inside and outside.
@@ -178,7 +200,10 @@ struct LightSet::Data {
   }
   std::optional<LightSample> sample_lamp(const Light& lamp, Vec3 p, Vec2 u, float time, uint32_t ray_kind) const {
     std::optional<LightSample> sample = sample_lamp_li(lamp, p, u);
-    if (sample) sample->position_error = lamp_position_error(sample->position);
+    if (sample) {
+      sample->position_error = lamp_position_error(sample->position);
+      sample->blockers = lamp.blockers;
+    }
     if (sample && lamp.shader >= 0)
       sample->radiance *= shader_factor(lamp, sample->position, -sample->wi, time, sample->distance, ray_kind);
     return sample;

@@ -28,6 +28,7 @@ std::optional<LightSample> LightSet::sample_li(uint32_t index, Vec3 p, Vec2 u, f
   s.position = p + s.wi * s.distance;
   s.normal = triangle.normal;
   s.position_error = triangle_position_error(mesh, instance, primitive);
+  s.blockers = block.blockers;
   const Data::SlotEmission& emission = d.emission_of(block, primitive);
   if (emission.constant) {
     s.radiance = emission.radiance;

@@ -167,7 +167,11 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
     BuiltInstance& instance = in.instances[p.block.instance];
     p.block.first = instance.first_light = uint32_t(weights.size());
     weights.insert(weights.end(), p.power.begin(), p.power.end());
-    any_partial |= LightFlags{LightType::Triangle, instance.visibility}.partial();
+    const LightLinks& links = in.objects[instance.object].links;
+    p.block.receivers = links.receivers;
+    p.block.blockers = blockers_of(links);
+    any_linked |= p.block.receivers != kAllReceivers;
+    any_partial |= LightFlags{LightType::Triangle, instance.visibility}.partial() || p.block.blockers != kVisibleShadow;
     sources.push_back({p.block.first, p.block.count, p.total, 1.0, p.growth});
     blocks.push_back(std::move(p.block));
   }

@@ -56,6 +56,7 @@ struct Ray {
   float time = 0.0f;       ///< in [0, 1] over the shutter interval
   float travelled = 0.0f;  ///< before the origin, in the same direction, through surfaces that it has passed straight
   uint32_t strand = 0;     ///< Scene::spawn_ray: identifies the strand of hair that it leaves and does not hit; 0: none
+  uint32_t blockers = 32;  ///< of a shadow ray: bits of BuiltInstance::visibility of what blocks it (kVisibleShadow)
 };
 
 }  // namespace ajar

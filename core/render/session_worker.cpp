@@ -173,8 +173,20 @@ void SessionWorker::work() {
   }
 }
 
+/// Shadow catchers are rendered by path tracing, whatever technique is asked for.
+void SessionWorker::use_path_tracing_for_catchers(Job& job) {
+  replaced_integrator_.clear();
+  const bool catchers = job.description ? has_catchers(*job.description)
+                                        : state_.lock()->scene && state_.lock()->scene->catchers();
+  std::string& integrator = job.description ? job.description->settings.integrator : job.settings.integrator;
+  if (!catchers || integrator == "path") return;
+  replaced_integrator_ = find_integrator(integrator).label;
+  integrator = "path";
+}
+
 void SessionWorker::run(Job job) {
   const auto start = Clock::now();
+  use_path_tracing_for_catchers(job);
   // Invalid settings are refused before anything is built.
   const RenderSettings asked = job.description ? job.description->settings : job.settings;
   auto chosen = make_integrator(asked.integrator);
@@ -218,6 +230,9 @@ void SessionWorker::build(Job& job) {
     state_.lock()->diagnostics = std::move(found);
     throw;
   }
+  if (!replaced_integrator_.empty())
+    found.push_back({Diagnostic::Severity::Warning, replaced_integrator_,
+                     "does not render shadow catchers: the scene is rendered by Path Tracing"});
   auto hints = std::make_shared<const AttachedHints>(attach_hints(*built));
   const auto state = state_.lock();
   state->diagnostics = std::move(found);

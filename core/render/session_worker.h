@@ -37,6 +37,7 @@ class SessionWorker {
   void work();
   void run(Job job);
   void build(Job& job);
+  void use_path_tracing_for_catchers(Job& job);
   std::unique_ptr<Integrator> choose(const CameraDescription& camera);
   uint32_t own_seed(const RenderSettings& settings);
   std::unique_ptr<ImagePlan> make_image_plan(const RenderSettings& settings, const GoalSupport& support, uint32_t seed);
@@ -50,7 +51,8 @@ class SessionWorker {
   Synchronized<SessionState> state_;
   std::atomic<bool> stop_{false};  // stop rendering
   std::atomic<bool> stop_building_{false};
-  Clock::time_point limit_start_;  // start of the time limit: the end of the build
+  std::string replaced_integrator_;  // label of the integrator that path tracing replaces; empty: none
+  Clock::time_point limit_start_;    // start of the time limit: the end of the build
   std::thread thread_;
 };
 

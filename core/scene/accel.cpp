@@ -359,7 +359,8 @@ inline RTCRayHit nearest(RTCScene scene, const Ray& ray, uint32_t mask, bool coh
 
 void Accel::intersect(const Ray& ray, uint32_t ray_kind, Hit& hit) const {
   if (!is_traceable(ray, data_->farthest)) return;
-  const RTCRayHit query = nearest(data_->top, ray, visibility_mask(ray_kind), (ray_kind & kRayCamera) != 0);
+  const uint32_t mask = ray_kind & kRayShadow ? ray.blockers : visibility_mask(ray_kind);
+  const RTCRayHit query = nearest(data_->top, ray, mask, (ray_kind & kRayCamera) != 0);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
     hit.instance = ~0u;
     hit.t = ray.t_max;
@@ -374,7 +375,7 @@ void Accel::intersect(const Ray& ray, uint32_t ray_kind, Hit& hit) const {
 bool Accel::occluded(const Ray& ray) const {
   if (!is_traceable(ray, data_->farthest)) return true;
   RTCRay query;
-  fill(query, ray, kVisibleShadow);
+  fill(query, ray, ray.blockers);
   embree::occluded(data_->top, query);
   return query.tfar < 0.0f;
 }

@@ -65,13 +65,14 @@ struct BuildStatistics {
   bool kept_environment = false;
 };
 
-/// `ray`, directed at `place`, shortened so that it ends just before it. It ends at a point moved off the surface
+/// `ray`, directed at `place` and blocked by what shades it, shortened so that it ends just before it. It ends at a point moved off the surface
 /// there, to the side of the ray, like the origin of a ray that leaves the surface. A margin along the ray would be too
 /// small at grazing angles. At other angles it would let light pass what is just before the end: the other wall of a
 /// corner, or the shade of a distant lamp. Rays to infinity are unchanged.
 inline Ray end_before(Ray ray, const LightPlace& place) {
   // Bound of the distance by which a ray misses a plane, as a fraction of its length.
   constexpr float kRelativeError = 1e-6f;
+  ray.blockers = place.blockers;
   if (!(place.distance < kInfinity)) return ray;
   const float off = 2.0f * place.position_error + kRelativeError * place.distance;
   const Vec3 way = place.position + place.normal * (glm::dot(ray.direction, place.normal) > 0.0f ? -off : off) -
@@ -87,6 +88,7 @@ class Scene {
   struct Options {
     bool bake_single_instances = true;  ///< off in the viewport, where transforms change
     bool walks_below_surfaces = true;   ///< whether the integrator does; if not, subsurface scattering is reported
+    bool alone = false;                 ///< for Scene::catchers
     const std::atomic<bool>* stop = nullptr;
     std::function<void(const char* step, float fraction)> progress;
   };
@@ -128,6 +130,8 @@ class Scene {
   bool has_strands() const { return statistics_.strands > 0; }
   /// Whether a surface may emit that is not among the lights.
   bool emission_without_lights() const;
+  /// The same scene with its shadow catchers and without other objects; null if the camera sees no catcher.
+  const std::shared_ptr<Scene>& catchers() const { return catchers_; }
   /// Importance of one light, and whether that of any source is not 1 (see ObjectDescription::light_importance).
   float light_importance(uint32_t light) const;
   bool any_light_importance() const;
@@ -148,6 +152,7 @@ class Scene {
   Ray straight_on_to_end(const ShadingPoint& point, const Ray& ray) const {
     const Vec3 end = ray.origin + ray.direction * ray.t_max;
     Ray next = spawn_ray(point, ray.direction);
+    next.blockers = ray.blockers;
     if (ray.t_max < kInfinity) next.t_max = glm::dot(end - next.origin, ray.direction);
     return next;
   }
@@ -219,6 +224,7 @@ class Scene {
   Mat3 working_from_rec709_{1.0f};
   std::unique_ptr<TextureStore> textures_;
   LightSet lights_;
+  std::shared_ptr<Scene> catchers_;
   std::vector<float> lamp_importances_;
   float world_light_importance_ = 1.0f;
   std::unique_ptr<Accel> accel_;
@@ -227,6 +233,11 @@ class Scene {
   Vec3 center_{0.0f};
   float radius_ = 1.0f;
 };
+
+/// The receiver set of a surface, or of none.
+inline uint32_t receiver_set(const ShadingPoint& point) {
+  return point.object ? point.object->receiver_set : kEveryLight;
+}
 
 /// Whether the point is on hair, which has no area around it to hold photons.
 inline bool on_strand(const ShadingPoint& point) { return point.mesh && point.mesh->strands; }

@@ -9,6 +9,7 @@
 #include "description/validate.h"
 #include "math/random.h"
 #include "scene/accel.h"
+#include "scene/catchers.h"
 #include "scene/dice_meshes.h"
 #include "scene/displace.h"
 #include "shading/images/color_spaces.h"
@@ -191,6 +192,7 @@ void Scene::change_view(const CameraDescription& camera, RenderSettings settings
     context.world_from_lamp = shader.of == CameraShader::Of::Lamp ? &shader.world_from_lamp : nullptr;
     compile(shader.of, shader.index, shader.graph, shader.owner, context, repeated);
   }
+  if (catchers_) catchers_->change_view(camera, settings);
   settings_ = std::move(settings);
   camera_ = Camera(camera, settings_.width, settings_.height);
 }
@@ -204,6 +206,7 @@ class Scene::Builder {
 
   std::shared_ptr<Scene> build() {
     step("Checking the scene", 0.0f);
+    if (!options_.alone && has_catchers(d_)) s_.catchers_ = alone(catchers_alone(d_));
     find_kept_meshes();
     const ValidationCounts counts = validate(d_, diagnostics_);
     s_.settings_ = d_.settings;
@@ -230,6 +233,11 @@ class Scene::Builder {
   }
 
  private:
+  std::shared_ptr<Scene> alone(SceneDescription catchers) const {
+    const Options options{.alone = true, .stop = options_.stop};
+    Diagnostics repeated;  // the build of the whole scene reports them
+    return Builder(std::move(catchers), options, repeated, nullptr).build();
+  }
   void step(const char* name, float fraction) const {
     if (options_.stop && options_.stop->load(std::memory_order_relaxed)) throw Cancelled();
     if (options_.progress) options_.progress(name, fraction);
@@ -343,7 +351,8 @@ void Scene::Builder::add_instance(const InstanceDescription& in) {
     bake(s_.meshes_[instance.mesh], instance.world_from_object);
   instance.first_material = first_material_[in.object];
   instance.material_count = std::max<uint32_t>(1, uint32_t(object.materials.size()));
-  instance.visibility = object.visibility;
+  instance.visibility = object.visibility & kVisibleAll;
+  if (object.visibility & kVisibleShadow) instance.visibility |= blocker_bit(object.blocker_set);
   instance.random = in.random;
   if (in.origin >= 0) instance.origin = &s_.instance_origins_[size_t(in.origin)];
   s_.instances_.push_back(instance);

@@ -10,6 +10,7 @@ import bpy
 from ..ajar_module import ajar
 from ..translations import report
 from .known_objects import KnownObjects
+from .linking import Linking
 from .mesh_cache import MeshCache
 
 CHECK_SECONDS = 0.05  # between two checks for cancellation
@@ -50,6 +51,7 @@ class ExportContext:
         self.report_step = report_step
         self._is_cancelled = is_cancelled
         self._next_check = 0.0
+        self.linking = Linking(self.warn)
         for group in self.view_layer.ajar.light_groups:
             if group.name in self.view_layer.lightgroups:
                 self.importance_of_light_groups[group.name] = group.importance

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from . import linking
+
 if TYPE_CHECKING:
     from .objects import Collected
 
@@ -42,7 +44,7 @@ class KnownObjects:
     def changed(self, depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object] | None:
         """Originals of the objects to export again, or None if everything must be collected."""
         collected = self.collected
-        if collected is None or len(depsgraph.updates) == 0:
+        if collected is None or collected.is_linked or len(depsgraph.updates) == 0:
             return None
         changed = []
         try:
@@ -51,6 +53,8 @@ class KnownObjects:
                 if isinstance(thing, _APART) or _only_shading(collected, update):
                     continue
                 if not isinstance(thing, bpy.types.Object) or not _is_alone(collected, thing, update):
+                    return None
+                if linking.is_linked(thing.original):
                     return None
                 if thing.type not in _NOTHING_TO_SEE:
                     changed.append(thing.original)

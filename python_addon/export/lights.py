@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import bpy
 
-from .. import compat, plain, unsupported
+from .. import compat, plain
 from ..ajar_module import ajar
 from . import node_graph
 from .context import ExportContext
 
 
 def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list[float], visibility: int,
-           light_importance: float = 1.0) -> None:
+           light_importance: float, links: dict[str, int]) -> None:
     """Export one lamp. Instances of a lamp are lamps."""
     if light.type == "AREA" and plain.of(light.ajar).is_portal:
         return  # a portal only guides how Cycles samples the world
-    context.warn_all(name, unsupported.asked_of(light, unsupported.LIGHT))
     out = ajar.LightDescription()
     out.name = name
     out.world_from_light = rows
@@ -23,7 +22,10 @@ def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list
     out.energy = compat.light_energy(light)
     out.visibility = visibility
     out.light_importance = light_importance
+    for kind, sets in links.items():
+        setattr(out, kind, sets)
     out.cast_shadow = compat.casts_shadow(light)
+    out.max_bounces = plain.of(light.ajar).max_bounces
     out.multiple_importance = light.ajar.use_multiple_importance_sampling
     _KINDS[light.type](out, light)
     tree = compat.node_tree(light)

@@ -18,6 +18,7 @@ from ..ajar_module import ajar
 from ..translations import interface
 from . import lights, materials, mesh, motion, named_values, origins, smoke, strands, subdivision, volumes
 from .context import ExportContext, rows_3x4
+from .culling import Culling
 from .known_objects import OutOfDate, look_of
 
 NOT_YET = {"POINTCLOUD": "point clouds are not yet supported and do not render"}
@@ -66,6 +67,7 @@ class Collected:
         self.alone: dict[bpy.types.Object, tuple[Geometry, int]] = {}   # objects with a single instance, and the number of this instance
         self.lamps: dict[bpy.types.Object, Lamp] = {}                   # likewise for lamps
         self.shared: dict[bpy.types.Object, tuple] = {}                 # instanced objects and instancers, with their look_of
+        self.is_linked = False                                          # whether light linking exists
         self.asked: tuple = ()                                          # attributes that materials use of meshes
 
 
@@ -80,6 +82,7 @@ def export(context: ExportContext) -> None:
         known.revised += len(context.revisions)
     else:
         collected = Collected()
+        collected.is_linked = context.linking.exists
         _collect(context, collected)
         _export_lamps(context, collected)
         _export_meshes(context, collected)
@@ -142,8 +145,6 @@ def _collect(context: ExportContext, collected: Collected) -> None:
         # Instances of one object under equal parents differ only in their matrix.
         geometry = geometries.get(key) if shows_self else None
         if geometry is None and shows_self:
-            if compat.has_light_linking(owner):
-                context.warn(owner.name, "light linking is not supported: it illuminates all objects, and all objects block its light")
             if parent is not None:
                 collected.shared[owner.original] = look_of(owner.original)
             if thing.type == "LIGHT":
@@ -202,7 +203,7 @@ def _hair(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Obje
 
 def _shows(context: ExportContext, parent: bpy.types.Object) -> tuple:
     """Data that instances have from their instancer."""
-    return (_ray_visibility(parent), parent.indirect_only_get(view_layer=context.view_layer), parent.holdout_get(view_layer=context.view_layer))
+    return (_ray_visibility(parent), *context.linking.sets_of(parent), parent.indirect_only_get(view_layer=context.view_layer), parent.holdout_get(view_layer=context.view_layer))
 
 
 def _instancer_key(instance: bpy.types.DepsgraphObjectInstance) -> tuple:
@@ -257,7 +258,8 @@ def _look(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Obj
     return {"name": owner.name, "visibility": _visibility(context, owner, parent),
             "holdout": (parent or owner).holdout_get(view_layer=context.view_layer), "shadow_catcher": owner.is_shadow_catcher,
             "pass_index": owner.pass_index, "color": tuple(owner.color), "importance": _importance(context, owner),
-            "shadow_terminator_offset": plain.of(compat.terminator_owner(owner)).shadow_terminator_geometry_offset, "light_importance": context.light_importance(owner)}
+            "shadow_terminator_offset": plain.of(compat.terminator_owner(owner)).shadow_terminator_geometry_offset, "light_importance": context.light_importance(owner),
+            **context.linking.arguments(owner, parent)}
 
 
 def _visibility(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> int:
@@ -280,7 +282,7 @@ def _ray_visibility(thing: bpy.types.Object) -> int:
 
 def _export_lamps(context: ExportContext, collected: Collected) -> None:
     for lamp in collected.lamps_in_order:
-        lights.export(context, lamp.owner.data, lamp.owner.name, lamp.rows, lamp.visibility, context.light_importance(lamp.owner))
+        lights.export(context, lamp.owner.data, lamp.owner.name, lamp.rows, lamp.visibility, context.light_importance(lamp.owner), context.linking.masks(lamp.owner))
 
 
 def _export_meshes(context: ExportContext, collected: Collected) -> None:
@@ -361,7 +363,7 @@ def _revise(context: ExportContext, collected: Collected, changed: list[bpy.type
         collected.random[number] = name_hash(thing.name) / 0xFFFFFFFF
     for lamp in collected.lamps_in_order:
         thing = lamp.owner.evaluated_get(depsgraph)
-        lights.export(context, thing.data, thing.name, lamp.rows, lamp.visibility, context.light_importance(thing))
+        lights.export(context, thing.data, thing.name, lamp.rows, lamp.visibility, context.light_importance(thing), context.linking.masks(thing))
     for geometry in collected.order:
         context.user = geometry.owner.name
         geometry.material_indices = _material_indices(context, geometry, [material.evaluated_get(depsgraph) if material is not None else None
@@ -473,6 +475,12 @@ def _add_instances(context: ExportContext, collected: Collected) -> None:
     objects = object_index[np.frombuffer(collected.geometry_of, dtype=np.int32)] if len(collected.geometry_of) else object_index[:0]
     shown = objects != mesh.EMPTY
     rows = np.frombuffer(collected.rows, dtype=np.float32).reshape(-1, 12)
+    culling = Culling(context)
+    if culling.exists:
+        geometry_of = np.frombuffer(collected.geometry_of, dtype=np.int32)
+        for number, geometry in enumerate(collected.order):
+            own = np.flatnonzero(shown & (geometry_of == number))
+            shown[own] = culling.stays(geometry.owner, rows[own])
     random = np.frombuffer(collected.random, dtype=np.float32)
     context.description.add_instances(objects[shown], rows[shown], random[shown])
     collected.origins.export(context, shown)

@@ -417,7 +417,28 @@ TEXTS = {
     "Viewports": "Ansichtsfenster",
     "Renders": "Renderbilder",
     "Mask": "Maske",
-    "Shadow catchers are not supported yet: the object is rendered as it is": "Schattenfänger werden noch nicht unterstützt: das Objekt wird gerendert, wie es ist",
+    "Camera Cull": "Nach Kamera weglassen",
+    "Leave out objects outside the view of the camera, if they allow it": "Objekte außerhalb des Bildes der Kamera weglassen, wenn sie es erlauben",
+    "Margin": "Rand",
+    "Margin around the frame in which objects stay, as a fraction of the frame": "Rand um das Bild, in dem Objekte bleiben, als Bruchteil des Bildes",
+    "Distance Cull": "Nach Entfernung weglassen",
+    "Leave out objects far from the camera, if they allow it": "Objekte weit weg von der Kamera weglassen, wenn sie es erlauben",
+    "Distance": "Entfernung",
+    "Distance from the camera beyond which objects are left out": "Entfernung von der Kamera, ab der Objekte weggelassen werden",
+    "Use Camera Cull": "Nach Kamera weglassen",
+    "Leave this object out if it is outside the view of the camera": "Dieses Objekt weglassen, wenn es außerhalb des Bildes der Kamera ist",
+    "Use Distance Cull": "Nach Entfernung weglassen",
+    "Leave this object out if it is far from the camera": "Dieses Objekt weglassen, wenn es weit weg von der Kamera ist",
+    "Culling": "Weglassen",
+    "Camera Culling": "Weglassen nach Kamera",
+    "Distance Culling": "Weglassen nach Entfernung",
+    "Light Linking": "Lichtverknüpfung",
+    "Shadow Linking": "Schattenverknüpfung",
+    "Bounces after which this lamp is not sampled any more": "Reflexionen, nach denen diese Lampe nicht mehr abgetastet wird",
+    "Bounces after which the world is not sampled any more": "Reflexionen, nach denen die Welt nicht mehr abgetastet wird",
+    "Max Bounces": "Höchstzahl der Reflexionen",
+    "Shadow Catcher": "Schattenfänger",
+    "Light of shadow catchers relative to their light without other objects": "Licht von Schattenfängern im Verhältnis zu ihrem Licht ohne andere Objekte",
     "Blur this object when it moves": "Dieses Objekt unscharf rendern, wenn es sich bewegt",
     "Steps": "Schritte",
     "Each step doubles the number of times at which the scene is evaluated. The largest number of all objects is used":
@@ -554,8 +575,6 @@ TEXTS = {
     "Fast GI Approximation is not supported: all bounces are followed": "Schnelle GI-Näherung wird nicht unterstützt: alle Reflexionen werden verfolgt",
     "Transparent Glass is not supported: glass in front of a transparent film is opaque":
         "Transparentes Glas wird nicht unterstützt: Glas vor einem transparenten Film ist undurchsichtig",
-    "Camera culling is not supported: objects outside the camera's view stay": "Ausblenden nach der Kamera wird nicht unterstützt: Objekte außerhalb ihres Bildes bleiben",
-    "Distance culling is not supported: distant objects stay": "Ausblenden nach der Entfernung wird nicht unterstützt: entfernte Objekte bleiben",
     "Texture Limit is not supported: textures keep their size": "Texturgrenze wird nicht unterstützt: Texturen behalten ihre Größe",
     "Texture Resolution is not supported: textures keep their size": "Texturauflösung wird nicht unterstützt: Texturen behalten ihre Größe",
     "Sample Offset is not supported: choose another seed instead": "Versatz der Abtastwerte wird nicht unterstützt: stattdessen einen anderen Startwert wählen",
@@ -563,15 +582,9 @@ TEXTS = {
     "stereoscopy is not supported: views other than the first stay black": "Stereoskopie wird nicht unterstützt: alle Ansichten außer der ersten bleiben schwarz",
     "the pass {name} is not supported and stays black": "der Durchgang {name} wird nicht unterstützt und bleibt schwarz",
     "the pass {name} is not supported": "der Durchgang {name} wird nicht unterstützt",
-    "the pass Shadow Catcher is not supported": "der Durchgang Schattenfänger wird nicht unterstützt",
     "the pass Render Time is not supported": "der Durchgang Renderzeit wird nicht unterstützt",
     "the pass {name} is not supported: AOV Output nodes are ignored": "der Durchgang {name} wird nicht unterstützt: AOV-Ausgabeknoten werden ignoriert",
-    "shadow catchers are not supported: the object is rendered as it is": "Schattenfänger werden nicht unterstützt: das Objekt wird gerendert, wie es ist",
     "its Shadow Terminator Shading Offset is not supported and is ignored": "sein Schattierungsversatz der Schattengrenze wird nicht unterstützt und ignoriert",
-    "Max Bounces of a lamp is not supported: its light is followed like any other":
-        "eine Höchstzahl von Reflexionen einer Lampe wird nicht unterstützt: ihr Licht wird wie jedes andere verfolgt",
-    "Max Bounces of a world is not supported: its light is followed like any other":
-        "eine Höchstzahl von Reflexionen einer Welt wird nicht unterstützt: ihr Licht wird wie jedes andere verfolgt",
     "a world that casts no shadows is not supported": "eine Welt ohne Schatten wird nicht unterstützt",
     "custom cameras are not supported: it is rendered as a perspective one": "benutzerdefinierte Kameras werden nicht unterstützt: sie wird als perspektivische gerendert",
     "Transparent Shadows is always on": "transparente Schatten sind immer an",
@@ -593,8 +606,15 @@ TEXTS = {
     "node group \"{group}\" contains itself: it is left out inside itself (object \"{thing}\")":
         "die Knotengruppe „{group}“ enthält sich selbst: in sich selbst wird sie weggelassen (Objekt „{thing}“)",
     "node group \"{group}\" has lost its tree": "die Knotengruppe „{group}“ hat ihren Knotenbaum verloren",
-    "light linking is not supported: it illuminates all objects, and all objects block its light":
-        "Lichtverknüpfung wird nicht unterstützt: es beleuchtet alle Objekte, und alle Objekte verdecken sein Licht",
+    "its collection {collection} for light linking is empty, so that it lights all objects":
+        "seine Sammlung {collection} für die Lichtverknüpfung ist leer, sodass es alle Objekte beleuchtet",
+    "its collection {collection} for shadow linking is empty, so that all objects block its light":
+        "seine Sammlung {collection} für die Schattenverknüpfung ist leer, sodass alle Objekte sein Licht verdecken",
+    "light linking divides the objects of the scene into more than {number} sets: it is treated like objects that are not listed":
+        "die Lichtverknüpfung teilt die Objekte der Szene in mehr als {number} Mengen: es gilt wie Objekte, die nicht aufgeführt sind",
+    "shadow linking divides the objects of the scene into more than {number} sets: it is treated like objects that are not listed":
+        "die Schattenverknüpfung teilt die Objekte der Szene in mehr als {number} Mengen: es gilt wie Objekte, die nicht aufgeführt sind",
+    "there is no camera for culling: all objects stay": "es gibt keine Kamera, nach der Objekte weggelassen werden könnten: alle bleiben",
     "if its geometry nodes give instances an attribute \"{attribute}\", it cannot be read":
         "falls seine Geometrieknoten Instanzen ein Attribut „{attribute}“ geben, kann es nicht gelesen werden",
     "point clouds are not yet supported and do not render": "Punktwolken werden noch nicht unterstützt und nicht gerendert",

@@ -15,7 +15,8 @@ __all__ = ["CLASSES", "AjarPanel", "built_in_panels", "register", "unregister"]
 MODULES = (render, progress, hints, view_layer, world, object, material, light, camera)
 IN_NODE_EDITORS = (material.AJAR_MATERIAL_PT_settings, world.AJAR_WORLD_PT_ray_visibility, world.AJAR_WORLD_PT_settings, light.AJAR_LIGHT_PT_light,
                    light.AJAR_LIGHT_PT_beam)
-CLASSES = tuple(panel for module in MODULES for panel in module.CLASSES) + tuple(in_node_editor(panel) for panel in IN_NODE_EDITORS)
+BELOW_SIMPLIFY = (render.AJAR_RENDER_PT_culling,)   # below the copy of a panel of Blender, which must be registered before
+CLASSES = tuple(panel for module in MODULES for panel in module.CLASSES) + tuple(in_node_editor(panel) for panel in IN_NODE_EDITORS) + BELOW_SIMPLIFY
 
 BEHIND = "RENDER_PT_simplify"
 # Generic panels of Blender that panels of Ajar replace, or whose settings Ajar does not have.
@@ -46,7 +47,7 @@ def built_in_panels() -> list[Any]:
             and not panel.__name__.startswith(BEHIND)]
 
 
-_register_classes, _unregister_classes = bpy.utils.register_classes_factory((*CLASSES, *_after_ours()))
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory((*(panel for panel in CLASSES if panel not in BELOW_SIMPLIFY), *_after_ours(), *BELOW_SIMPLIFY))
 
 
 def register() -> None:

@@ -39,6 +39,7 @@ class AJAR_LIGHT_PT_light(LightPanel, Panel):
         column.separator()
         _draw_size(column, light)
         column.separator()
+        column.prop(light.ajar, "max_bounces")
         column.prop(*compat.shadow_owner(light), text="Cast Shadow")
         column.prop(light.ajar, "use_multiple_importance_sampling")
         if light.type == "AREA":

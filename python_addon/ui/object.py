@@ -87,8 +87,6 @@ class AJAR_OBJECT_PT_visibility(ObjectPanel, Panel):
             column = self.layout.column(heading="Mask")
             column.prop(thing, "is_shadow_catcher")
             column.prop(thing, "is_holdout")
-            if thing.is_shadow_catcher:
-                say(self.layout, "Shadow catchers are not supported yet: the object is rendered as it is", context, "ERROR")
 
 
 class AJAR_OBJECT_PT_ray_visibility(ObjectPanel, Panel):
@@ -105,6 +103,56 @@ class AJAR_OBJECT_PT_ray_visibility(ObjectPanel, Panel):
         for kind in ("camera", "diffuse", "glossy", "transmission", "volume_scatter", "shadow"):
             if kind != "shadow" or context.object.type != "LIGHT":
                 column.prop(context.object, f"visible_{kind}", text=kind.replace("_", " ").title(), toggle=False)
+
+
+class AJAR_OBJECT_PT_culling(ObjectPanel, Panel):
+    bl_label = "Culling"
+    bl_parent_id = "AJAR_OBJECT_PT_visibility"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.object.type in VISIBLE
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, scene = self.column(), context.scene
+        for name in ("use_camera_cull", "use_distance_cull"):
+            row = column.row()
+            row.active = scene.render.use_simplify and getattr(scene.ajar, name)
+            row.prop(context.object.ajar, name)
+
+
+def _links_itself(thing: bpy.types.Object) -> bool:
+    """Whether Ajar shows light linking: in Blender 4.0 to 4.2, whose own panels are of Cycles only."""
+    return thing.type in LIT and compat.light_linking(thing) is not None and not hasattr(bpy.types, "OBJECT_PT_light_linking")
+
+
+def _draw_links(layout: bpy.types.UILayout, thing: bpy.types.Object, kind: str) -> None:
+    links, name = compat.light_linking(thing), f"{kind}_collection"
+    layout.template_ID(links, name, new=f"object.light_linking_{kind}_collection_new")
+    if getattr(links, name) is not None:
+        layout.template_light_linking_collection(layout.row(), links, name)
+
+
+class AJAR_OBJECT_PT_light_linking(ObjectPanel, Panel):
+    bl_label = "Light Linking"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and _links_itself(context.object)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _draw_links(self.column(), context.object, "receiver")
+
+
+class AJAR_OBJECT_PT_shadow_linking(ObjectPanel, Panel):
+    bl_label = "Shadow Linking"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and _links_itself(context.object)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _draw_links(self.column(), context.object, "blocker")
 
 
 class AJAR_OBJECT_PT_importance(ObjectPanel, Panel):
@@ -130,5 +178,6 @@ class AJAR_COLLECTION_PT_importance(AjarPanel, Panel):
         self.column().prop(context.collection.ajar, "importance")
 
 
-CLASSES = (AJAR_OBJECT_PT_motion_blur, AJAR_OBJECT_PT_shading, AJAR_OBJECT_PT_subdivision, AJAR_OBJECT_PT_visibility, AJAR_OBJECT_PT_ray_visibility, AJAR_OBJECT_PT_importance,
+CLASSES = (AJAR_OBJECT_PT_motion_blur, AJAR_OBJECT_PT_shading, AJAR_OBJECT_PT_subdivision, AJAR_OBJECT_PT_visibility, AJAR_OBJECT_PT_ray_visibility,
+           AJAR_OBJECT_PT_culling, AJAR_OBJECT_PT_light_linking, AJAR_OBJECT_PT_shadow_linking, AJAR_OBJECT_PT_importance,
            AJAR_COLLECTION_PT_importance)

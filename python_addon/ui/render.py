@@ -321,6 +321,24 @@ class AJAR_RENDER_PT_plan(AjarPanel, Panel):
             say(column, interface("{name}: {message}", name=interface(name), message=message), context, "CHECKMARK" if step["used"] else "BLANK1")
 
 
+class AJAR_RENDER_PT_culling(AjarPanel, Panel):
+    """Below Blender's panel Simplify. It is registered after the copy of that panel."""
+    bl_label = "Culling"
+    bl_context = "render"
+    bl_parent_id = "AJAR_RENDER_PT_simplify"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, settings = self.column(), context.scene.ajar
+        column.active = context.scene.render.use_simplify
+        for name, margin in (("use_camera_cull", "camera_cull_margin"), ("use_distance_cull", "distance_cull_margin")):
+            row = column.row(heading="Camera Culling" if name == "use_camera_cull" else "Distance Culling")
+            row.prop(settings, name, text="")
+            value = row.row()
+            value.active = getattr(settings, name)
+            value.prop(settings, margin, text="")
+
+
 def _statistics(values: dict) -> list[tuple[str, str]]:
     """Names and values as text. The panel translates the names."""
     label = next((info.label for info in ajar.integrator_list() if info.name == values["integrator"]), values["integrator"])

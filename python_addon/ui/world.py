@@ -76,7 +76,9 @@ class AJAR_WORLD_PT_settings(WorldPanel, Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        choose_light_group(self.column(), context.world, context.view_layer)
+        column = self.column()
+        column.prop(context.world.ajar, "max_bounces")
+        choose_light_group(column, context.world, context.view_layer)
 
 
 CLASSES = (AJAR_WORLD_PT_preview, AJAR_WORLD_PT_surface, AJAR_WORLD_PT_volume, AJAR_WORLD_PT_mist, AJAR_WORLD_PT_ray_visibility, AJAR_WORLD_PT_settings)

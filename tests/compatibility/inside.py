@@ -106,4 +106,5 @@ def main() -> None:
     os._exit(1 if "error" in result else 0)
 
 
-main()
+if __name__ == "__main__":
+    main()

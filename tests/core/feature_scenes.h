@@ -90,6 +90,35 @@ inline std::vector<TransportScene> feature_scenes() {
     d.lights.back().visibility = kVisibleAll & ~kVisibleDiffuse;
     d.lights.push_back(point_light(Vec3(-0.3f, 0.2f, 0.6f), 2.0f));
   });
+  add("linked_lights", [&](SceneDescription& d) {
+    add_object(d, sphere(), add_glossy(d, 0.3f), ball);
+    d.objects.back().receiver_set = 1;
+    add_object(d, cube(), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.0f), moved(Vec3(-0.5f, 0.4f, -0.7f), 0.25f));
+    d.objects.back().receiver_set = 2;
+    add_object(d, plane(0.2f), add_diffuse(d, Color(0.0f), Color(5.0f)),
+               shining(Vec3(0.5f, 0.5f, 0.5f), Vec3(0, -1, -1)));
+    d.objects.back().links.receivers = 0b110;
+    d.lights.push_back(lamp);
+    d.lights.back().links.receivers = 0b101;
+    d.lights.push_back(point_light(Vec3(-0.3f, 0.2f, 0.6f), 2.0f));
+    d.lights.back().links.receivers = 0b010;
+  });
+  add("linked_blockers", [&](SceneDescription& d) {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    add_object(d, plane(0.2f), add_diffuse(d, Color(0.3f, 0.6f, 0.2f)), moved(Vec3(0.1f, 0.1f, 0.05f), 1.0f));
+    d.objects.back().blocker_set = 1;
+    add_object(d, plane(0.3f), add_half_diffuse(d, "ShaderNodeBsdfTransparent", 0.0f),
+               moved(Vec3(-0.1f, 0.1f, -0.35f), 1.0f));
+    d.objects.back().blocker_set = 2;
+    add_object(d, plane(0.2f), add_diffuse(d, Color(0.0f), Color(5.0f)),
+               shining(Vec3(0.5f, 0.5f, 0.5f), Vec3(0, -1, -1)));
+    d.objects.back().blocker_set = 1;
+    d.objects.back().links.blockers = 0b101;
+    d.lights.push_back(lamp);
+    d.lights.back().links.blockers = 0b011;
+    d.lights.push_back(point_light(Vec3(-0.3f, 0.2f, 0.6f), 2.0f));
+    d.lights.back().links = {0b1, 0b100};
+  });
   const auto panorama = [&](SceneDescription& d) {
     add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
     d.lights.push_back(lamp);
@@ -125,6 +154,13 @@ inline std::vector<TransportScene> feature_scenes() {
   const Mat4 all = moved(Vec3(0.0f), 0.98f), aside = moved(Vec3(-0.4f, 0.3f, 0.1f), 0.4f);
   add("fog_around_the_camera", [&](SceneDescription& d) {
     foggy(d, add_medium(d, "ShaderNodeVolumeScatter", Color(0.9f, 0.7f, 0.4f), Vec2(0.5f)), all);
+  });
+  add("linked_fog", [&](SceneDescription& d) {
+    foggy(d, add_medium(d, "ShaderNodeVolumeScatter", Color(0.9f, 0.7f, 0.4f), Vec2(0.8f)), aside);
+    d.objects.back().receiver_set = 1;
+    d.lights.back().links.receivers = 0b01;
+    d.lights.push_back(point_light(Vec3(-0.3f, 0.2f, 0.6f), 6.0f, 0.1f));
+    d.lights.back().links.receivers = 0b10;
   });
   add("forward_scattering_fog", [&](SceneDescription& d) {
     foggy(d, add_medium(d, "ShaderNodeVolumeScatter", Color(0.9f), Vec2(1.5f), 0.6f), aside);

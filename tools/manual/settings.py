@@ -51,13 +51,15 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
             "Scene.show_sample_density",)),
         "AJAR_RENDER_PT_statistics": ("Numbers of the last render: time, memory, samples, noise, and the size of the scene. More: [Statistics](rendering.md#statistics).", ()),
         "AJAR_RENDER_PT_plan": ("The steps of the last render: which ones the scene needed, which ones were left out, and why. More: [Statistics](rendering.md#statistics).", ()),
+        "AJAR_RENDER_PT_culling": ("Objects outside the view of the camera, or far from it, are left out of final renders, if they allow it.", (
+            "Scene.use_camera_cull", "Scene.camera_cull_margin", "Scene.use_distance_cull", "Scene.distance_cull_margin")),
         "AJAR_RENDER_PT_hints": ("The curves that show the renderer where light goes, with what became of each. More: [Light hints](hints.md).", ("Scene.hint_collection",)),
     },
     "View layer tab": {
         "AJAR_VIEWLAYER_PT_filter": (f"What the view layer renders. {BLENDERS}", ()),
         "AJAR_VIEWLAYER_PT_override": (f"A material, a world and a number of samples that replace those of the scene in this view layer. {BLENDERS}", ()),
         "AJAR_VIEWLAYER_PT_passes": ("The passes that the view layer renders. Those below are of Ajar; the others are Blender's own. More: [Passes](rendering.md#passes).", (
-            "ViewLayer.use_pass_albedo", "ViewLayer.use_pass_volume_direct", "ViewLayer.use_pass_volume_indirect", "ViewLayer.use_pass_sample_count",
+            "ViewLayer.use_pass_albedo", "ViewLayer.use_pass_volume_direct", "ViewLayer.use_pass_volume_indirect", "ViewLayer.use_pass_shadow_catcher", "ViewLayer.use_pass_sample_count",
             "ViewLayer.use_pass_variance", "ViewLayer.use_pass_error", "ViewLayer.use_pass_perceptual_error", "ViewLayer.use_pass_denoising",
             "ViewLayer.use_pass_denoising_error")),
         "AJAR_VIEWLAYER_PT_light_groups": ("Groups of lamps, emitting objects and the world, and the importance of the active group. More: [Sampling](rendering.md#sampling).", (
@@ -70,7 +72,7 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
         "AJAR_WORLD_PT_mist": (f"The distances of the pass Mist. {BLENDERS}", ()),
         "AJAR_WORLD_PT_ray_visibility": ("Which rays see the world.", (
             "World.visible_camera", "World.visible_diffuse", "World.visible_glossy", "World.visible_transmission", "World.visible_volume_scatter")),
-        "AJAR_WORLD_PT_settings": (f"The light group of the world. {BLENDERS}", ()),
+        "AJAR_WORLD_PT_settings": ("The light group of the world, and how long the world is sampled.", ("World.max_bounces",)),
     },
     "Object tab": {
         "AJAR_OBJECT_PT_motion_blur": ("Whether and how the object is blurred. More: [Cameras and motion blur](rendering.md#cameras-and-motion-blur).", (
@@ -80,6 +82,9 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
                                        "More: [Adaptive subdivision](rendering.md#adaptive-subdivision).", ("Object.use_adaptive_subdivision", "Object.dicing_rate")),
         "AJAR_OBJECT_PT_visibility": (f"Where the object is shown. {BLENDERS}", ()),
         "AJAR_OBJECT_PT_ray_visibility": (f"Which rays see the object. {BLENDERS}", ()),
+        "AJAR_OBJECT_PT_culling": ("Whether culling may leave the object out. The switches of the scene are in *Simplify*.", ("Object.use_camera_cull", "Object.use_distance_cull")),
+        "AJAR_OBJECT_PT_light_linking": (f"The objects that the light of this object illuminates. Shown in Blender 4.0 to 4.2; later versions have a panel of their own. {BLENDERS}", ()),
+        "AJAR_OBJECT_PT_shadow_linking": (f"The objects that block the light of this object. Shown in Blender 4.0 to 4.2; later versions have a panel of their own. {BLENDERS}", ()),
         "AJAR_OBJECT_PT_importance": ("How many samples pixels with this object get, and the light group of the object. More: [Sampling](rendering.md#sampling).", ("Object.importance",)),
         "AJAR_OBJECT_PT_light_hint": ("Settings of a curve that is a light hint. More: [Light hints](hints.md#settings-of-a-path).", (
             "Object.hint_enabled", "Object.hint_spread", "Object.hint_weight", "Object.hint_light", "Object.hint_offset")),
@@ -97,7 +102,7 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
     },
     "Light tab": {
         "AJAR_LIGHT_PT_light": ("Type, colour, power and size of the lamp, which are settings of Blender, and how the lamp is sampled.", (
-            "Light.cast_shadow", "Light.use_multiple_importance_sampling", "Light.is_portal")),
+            "Light.max_bounces", "Light.cast_shadow", "Light.use_multiple_importance_sampling", "Light.is_portal")),
         "AJAR_LIGHT_PT_beam": (f"The cone of a spot lamp, or the spread of an area lamp. {BLENDERS}", ()),
         "AJAR_LIGHT_PT_nodes": (f"The nodes of the lamp. {BLENDERS}", ()),
     },

@@ -111,7 +111,7 @@ void BidirectionalWalks::find_by_hit(int index) {
     weight = d.weight(0, light_walks_);
     // Walks from the eye must not hit lights whose multiple importance sampling is off. The other strategies count such
     // lights fully.
-    if (!(d.from_eye[0] > 0.0)) weight = 0.0;
+    if (!(d.from_eye[0] > 0.0) || !is_linked(scene_, hit.light, end.vertex)) weight = 0.0;
   }
   connections_.push_back(hit.edge);
   const size_t before = found_.size();

@@ -16,7 +16,8 @@ struct Walk {
   ShadingPoint start;
   Color beta;
   int i;
-  MediaStack stack;  ///< of the ray
+  MediaStack stack;                     ///< of the ray
+  uint32_t receiver_set = kEveryLight;  ///< of the vertex that the ray leaves
 };
 
 /// The state of one sample.
@@ -47,7 +48,8 @@ class DirectTracer {
          {},
          Color(1.0f),
          1,
-         media_ ? stack_towards(scene_, *media_, previous_, camera_ray.direction) : MediaStack()});
+         media_ ? stack_towards(scene_, *media_, previous_, camera_ray.direction) : MediaStack(),
+         kEveryLight});
     Walk walk;
     while (branches.next(walk)) follow(walk, branches);
     return found_;
@@ -55,7 +57,8 @@ class DirectTracer {
 
  private:
   void follow(Walk& walk, SpecularBranches<Walk>& branches) {
-    auto& [ray, start, beta, i, stack] = walk;
+    auto& [ray, start, beta, i, stack, receiver] = walk;
+    receiver_set_ = receiver;
     const bool transparent_film = scene_.settings().transparent_film;
     vertex_.point = start;
     vertex_.media.present = media_ != nullptr;
@@ -102,7 +105,8 @@ class DirectTracer {
       }
       if (vertex_.kind == VertexKind::Surface)
         branches.split(bsdf, vertex_.point.wo, beta, [&](const BsdfSample& event) {
-          Walk next{scene_.spawn_ray(vertex_.point, event.wi), {}, beta * event.f_cos, i + 1, {}};
+          Walk next{
+              scene_.spawn_ray(vertex_.point, event.wi), {}, beta * event.f_cos, i + 1, {}, receiver_set(vertex_)};
           count_bounce(event, vertex_.point, next.start);
           if (media_) next.stack = stack_towards(scene_, *media_, vertex_, event.wi);
           return next;
@@ -122,6 +126,7 @@ class DirectTracer {
         previous_ = vertex_;
       }
       if (!(max_component(beta) > 0.0f)) break;
+      receiver_set_ = receiver_set(vertex_);
       ShadingPoint next;
       count_bounce_at(vertex_, *sample, next);
       ray = scene_.spawn_ray(vertex_.point, sample->wi);
@@ -145,6 +150,8 @@ class DirectTracer {
   /// The walk hit a light, which is in light_.
   void meet(Color carried) {
     float weight = 1.0f;
+    const LightSet& lights = scene_.lights();
+    if (lights.any_linked() && light_.light >= 0 && !lights.flags(uint32_t(light_.light)).lights(receiver_set_)) return;
     if (pdf_to_light_ > 0.0f) {
       const PathEdge edge = join(light_, previous_);
       const LightEnd end = light_end(scene_, light_, previous_, edge, nullptr);
@@ -193,6 +200,7 @@ class DirectTracer {
   PathVertex previous_, vertex_, light_;
   /// Density of the walk's direction after a bounce that is not specular, for MIS with light sampling; 0 otherwise.
   float pdf_to_light_ = 0.0f;
+  uint32_t receiver_set_ = kEveryLight;  ///< of the vertex that the walk has left
 };
 
 }  // namespace

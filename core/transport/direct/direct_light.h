@@ -48,6 +48,7 @@ struct DirectVertex {
   float bsdf_pdf = 0.0f;
   bool complete = false;  ///< the estimate at the vertex includes all light, so its BSDF sample contributes none
   uint32_t cell = ~0u;    ///< cell of the learned shares
+  uint32_t receiver_set = kEveryLight;
 };
 
 /// The data of a vertex that weigh the light that its sample hits.
@@ -55,6 +56,7 @@ inline DirectVertex vertex_of(DirectVertex here, const ShadingPoint& point, cons
                               const BsdfSample& sample) {
   here.position = point.position;
   here.normal = bsdf.receiving_normal();
+  here.receiver_set = receiver_set(point);
   here.bsdf_pdf = sample.specular ? 0.0f : sample.pdf_solid_angle;
   return here;
 }
@@ -88,6 +90,7 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
   if (kOnlyBeyond && !grazes_terminator(c.point, sample->wi)) return Color(0.0f);
   Bsdf::Evaluation scattered = c.evaluate(sample->wi);
   const LightFlags light = lights.flags(choice.light);
+  if (!light.lights(receiver_set(c.point)) || c.point.ray_depth > light.max_bounces) return Color(0.0f);
   if (light.partial()) {
     scattered.f_cos = visible_to(light.visibility, c.bsdf, c.point.wo, sample->wi);
     if (is_black(scattered.f_cos)) return Color(0.0f);
@@ -114,8 +117,9 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
 
 template <bool kOnlyBeyond = false, class Context>
 inline Color estimate_direct(const Context& c, float u_choice, Vec2 u, uint64_t& rays) {
-  return estimate_direct<kOnlyBeyond>(c, c.scene.lights().choose(c.point.position, c.bsdf.receiving_normal(), u_choice),
-                                      u, rays);
+  const LightSet& lights = c.scene.lights();
+  return estimate_direct<kOnlyBeyond>(
+      c, lights.choose(c.point.position, c.bsdf.receiving_normal(), u_choice, receiver_set(c.point)), u, rays);
 }
 template <bool kOnlyBeyond = false, class Context>
 inline Color estimate_direct(const Context& c, Sampler& sampler, uint32_t first, uint64_t& rays) {
@@ -123,7 +127,7 @@ inline Color estimate_direct(const Context& c, Sampler& sampler, uint32_t first,
   sampler.set_dimension(first + 1);
   const Vec2 u = sampler.get_2d();
   if (lights.size() < kFewLights) {
-    const auto choice = lights.choose(c.point.position, c.bsdf.receiving_normal(), u.x);
+    const auto choice = lights.choose(c.point.position, c.bsdf.receiving_normal(), u.x, receiver_set(c.point));
     return estimate_direct<kOnlyBeyond>(c, choice, Vec2(choice.u_remapped, u.y), rays);
   }
   sampler.set_dimension(first);
@@ -143,11 +147,12 @@ class MisDirectLight {
   /// vertex that sampled the direction, regardless of transparent surfaces in between.
   float weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position,
                       Vec3 normal) const {
-    if (v.bsdf_pdf == 0.0f) return 1.0f;
     const LightSet& lights = scene.lights();
+    if (lights.any_linked() && !lights.flags(light).lights(v.receiver_set)) return 0.0f;
+    if (v.bsdf_pdf == 0.0f) return 1.0f;
     if (lights.any_partial() && lights.flags(light).partial()) return 0.0f;
     const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
-    const float light_pdf = lights.choice_pmf(v.position, v.normal, light) *
+    const float light_pdf = lights.choice_pmf(v.position, v.normal, light, v.receiver_set) *
                             lights.pdf_li(light, v.position, wi, distance, normal);
     return power_heuristic(v.bsdf_pdf, light_pdf);
   }

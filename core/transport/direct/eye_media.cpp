@@ -59,6 +59,7 @@ EyeMedia::Step EyeMedia::pass(EyeWalk& walk, Sampler& sampler, uint32_t dimensio
         beta /= survival;
       }
       chose_ = true;
+      receiver_set_ = s.media.receiver_set(s.stack);
       Ray next;
       next.origin = place_;
       next.direction = wi;

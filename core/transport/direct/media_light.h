@@ -59,6 +59,14 @@ struct MediumLight {
   uint32_t light = 0;
 };
 
+/// Chooses a light for `place`, of those that light the volume.
+template <class State>
+LightSet::Choice choose_light(const MediumLightContext<State>& c, Vec3 place) {
+  const LightSet& lights = c.scene.lights();
+  const uint32_t set = lights.any_linked() ? c.state.media.receiver_set(c.state.stack) : kEveryLight;
+  return lights.choose(place, Vec3(0.0f), c.sampler.get_1d(), set);
+}
+
 /// The light that reaches `place` from the chosen light and is scattered there.
 template <class State>
 Color light_scattered(const MediumLightContext<State>& c, const LightSet::Choice& choice, LightFlags light, Vec3 place,
@@ -86,6 +94,7 @@ struct MediumVertex {
   Vec3 position;
   Vec3 chosen_from;  ///< lights were chosen for there
   float phase_pdf;   ///< of the direction travelled
+  uint32_t receiver_set;
 };
 
 /// The weight of light that the sample of the phase function at `v` has found.
@@ -93,8 +102,9 @@ inline float weight_of_hit_in_medium(const Scene& scene, const MediumVertex& v, 
                                      Vec3 normal) {
   const LightSet& lights = scene.lights();
   if (lights.any_partial() && lights.flags(light).partial()) return 0.0f;
+  if (lights.any_linked() && !lights.flags(light).lights(v.receiver_set)) return 0.0f;
   const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
-  return power_heuristic(v.phase_pdf, lights.choice_pmf(v.chosen_from, Vec3(0.0f), light) *
+  return power_heuristic(v.phase_pdf, lights.choice_pmf(v.chosen_from, Vec3(0.0f), light, v.receiver_set) *
                                           lights.pdf_li(light, v.position, wi, distance, normal));
 }
 
@@ -103,11 +113,11 @@ template <class State>
 Color estimate_direct_at(const MediumLightContext<State>& c, Vec3 place, MediumLight& sampled) {
   c.sampler.set_dimension(c.first);
   const Vec2 u = c.sampler.get_2d();
-  const LightSet::Choice choice = c.scene.lights().choose(place, Vec3(0.0f), c.sampler.get_1d());
+  const LightSet::Choice choice = choose_light(c, place);
   sampled = {place, choice.light};
   if (!(choice.pmf > 0.0f)) return Color(0.0f);
   const LightFlags light = c.scene.lights().flags(choice.light);
-  if (!(light.visibility & kVisibleVolumeScatter)) return Color(0.0f);
+  if (!(light.visibility & kVisibleVolumeScatter) || c.path.ray_depth > light.max_bounces) return Color(0.0f);
   return light_scattered(c, choice, light, place, u);
 }
 
@@ -139,11 +149,11 @@ Color estimate_direct_along(const MediumLightContext<State>& c, float t_end, con
   c.sampler.set_dimension(c.first);
   const Vec2 u = c.sampler.get_2d();
   const Vec3 chosen_from = ray.origin + (ray.t_min + distance_of(c.sampler.get_1d())) * ray.direction;
-  const LightSet::Choice choice = c.scene.lights().choose(chosen_from, Vec3(0.0f), c.sampler.get_1d());
+  const LightSet::Choice choice = choose_light(c, chosen_from);
   sampled = {chosen_from, choice.light};
   if (!(choice.pmf > 0.0f)) return Color(0.0f);
   const LightFlags light = c.scene.lights().flags(choice.light);
-  if (!(light.visibility & kVisibleVolumeScatter)) return Color(0.0f);
+  if (!(light.visibility & kVisibleVolumeScatter) || c.path.ray_depth > light.max_bounces) return Color(0.0f);
 
   // Distances towards a point on the light.
   const auto towards = c.scene.lights().sample_li(choice.light, chosen_from, u, ray.time);

@@ -441,6 +441,11 @@ bool Media::scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng,
   return scattered;
 }
 
+uint32_t Media::receiver_set(const MediaStack& stack) const {
+  const uint32_t instance = stack.empty() ? kNone : media_[stack[stack.size() - 1]].instance;
+  return instance == kNone ? kEveryLight : scene_.object(scene_.instances()[instance].object).receiver_set;
+}
+
 Color Media::transmittance(const MediaRay& along, Pcg32& rng, MediaCounters& counters) const {
   if (along.stack.empty()) return Color(1.0f);
   if (MediumPoint medium; is_uniform(along, medium, counters))

@@ -109,6 +109,8 @@ class Media {
   Color transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoint& path, Pcg32& rng,
                                MediaCounters& counters) const;
 
+  /// The receiver set of the object that contains the innermost volume of the stack.
+  uint32_t receiver_set(const MediaStack& stack) const;
   /// Whether some medium of the stack varies, or emits.
   bool varies(const MediaStack& stack) const;
   bool emits(const MediaStack& stack) const;

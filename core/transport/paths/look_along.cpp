@@ -9,17 +9,32 @@ namespace ajar {
 
 namespace {
 
+/// What blocks light from `to`, a light or another vertex.
+uint32_t blockers_of(const Scene& scene, const PathVertex& to) {
+  return to.kind == VertexKind::Light && to.light >= 0 && scene.lights().any_partial()
+             ? scene.lights().flags(uint32_t(to.light)).blockers
+             : uint32_t(kVisibleShadow);
+}
+
 /// The point on the light or surface of `to`, as it is seen along `direction`. Soft lamps are seen as the disk that
 /// faces `p`.
 LightPlace place_of(const Scene& scene, const PathVertex& to, Vec3 p, Vec3 direction, float distance) {
   if (to.kind == VertexKind::Light && to.light >= 0 && scene.lights().flags(uint32_t(to.light)).soft) {
     const Light lamp = scene.lights().light(uint32_t(to.light));
     if (const auto along = soft_lamp_distance(lamp, p, direction))
-      return {direction, *along, p + *along * direction, glm::normalize(p - lamp.position),
-              max_component(to.point.position_error)};
+      return {direction,
+              *along,
+              p + *along * direction,
+              glm::normalize(p - lamp.position),
+              max_component(to.point.position_error),
+              lamp.blockers};
   }
-  return {direction, distance, to.position(), to.delta ? -direction : to.point.ng,
-          max_component(to.point.position_error)};
+  return {direction,
+          distance,
+          to.position(),
+          to.delta ? -direction : to.point.ng,
+          max_component(to.point.position_error),
+          blockers_of(scene, to)};
 }
 
 /// The ray of look_along, or nothing if it has no length.
@@ -102,7 +117,9 @@ bool look_between_surfaces(const Scene& scene, Ray ray, PathEdge& edge, uint64_t
     if (!(max_component(edge.transmittance) > 0.0f)) return false;
     const Vec3 end = ray.origin + ray.direction * ray.t_max;
     const float t_max = ray.t_max;
+    const uint32_t blockers = ray.blockers;
     ray = scene.spawn_ray(point, ray.direction);
+    ray.blockers = blockers;
     if (t_max < kInfinity) {
       ray.t_max = glm::dot(end - ray.origin, ray.direction);
       if (!(ray.t_max > 0.0f)) return true;

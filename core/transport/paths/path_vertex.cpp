@@ -138,9 +138,16 @@ Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool sp
   return s;
 }
 
+bool is_linked(const Scene& scene, const PathVertex& light, const PathVertex& vertex) {
+  const LightSet& lights = scene.lights();
+  return light.light < 0 || !lights.any_linked() || vertex.kind == VertexKind::Lens ||
+         lights.flags(uint32_t(light.light)).lights(receiver_set(vertex));
+}
+
 Color visible_part(const Scene& scene, const PathVertex& light, const PathVertex& vertex, Vec3 to_eye, Vec3 to_light,
                    bool specular, Color f) {
   const LightSet& lights = scene.lights();
+  if (!is_linked(scene, light, vertex)) return Color(0.0f);
   if (light.light < 0 || (!lights.any_partial() && vertex.kind != VertexKind::Medium)) return f;
   const LightFlags flags = lights.flags(uint32_t(light.light));
   if (vertex.kind == VertexKind::Medium) return flags.visibility & kVisibleVolumeScatter ? f : Color(0.0f);
@@ -208,8 +215,10 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   end.pdf_by_power = end.pdf_origin;
   end.pdf_direction = light.distant ? le.pdf_area : le.pdf_solid_angle;
   if (guide) guide->mix(lights, index, light.position(), light.point.ng, edge.to_eye, end);
+  if (lights.any_partial() && lights.flags(index).blockers != kVisibleShadow)
+    end.pdf_origin = end.pdf_by_power = 0.0f;  // no walk starts here, see start_at_light
   if (next.kind == VertexKind::Surface || next.kind == VertexKind::Medium) {
-    const float choice = lights.choice_pmf(next.position(), receiving_normal(next), index);
+    const float choice = lights.choice_pmf(next.position(), receiving_normal(next), index, receiver_set(next));
     if (light.delta) {
       end.pdf_sampled = choice;
     } else {

@@ -41,8 +41,9 @@ enum class VertexKind : uint8_t { Surface, Medium, Light, Lens };
 /// What a vertex knows of media, in scenes that have some.
 struct VertexMedia {
   bool present = false;
-  MediaStack stack;  ///< around the vertex; of a surface, on the side of point.ng
-  MediumPoint at;    ///< of a medium vertex
+  MediaStack stack;                     ///< around the vertex; of a surface, on the side of point.ng
+  MediumPoint at;                       ///< of a medium vertex
+  uint32_t receiver_set = kEveryLight;  ///< of a medium vertex
 
   VertexMedia() = default;
   VertexMedia(const VertexMedia& other) { *this = other; }
@@ -51,6 +52,7 @@ struct VertexMedia {
     if (present) {
       stack = other.stack;
       at = other.at;
+      receiver_set = other.receiver_set;
     }
     return *this;
   }
@@ -119,7 +121,14 @@ PathEdge join(const PathVertex& light_end, const PathVertex& eye_end);
 /// The scattering at a surface vertex. It is exact for both directions of travel, no matter from which end the vertex
 /// was found.
 Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular, const LightWalkGuide* guide);
-/// The part of scattering `f` at `vertex`, the neighbour of `light`, by the kinds of lobes that see this light.
+/// The receiver set of a vertex.
+inline uint32_t receiver_set(const PathVertex& vertex) {
+  return vertex.kind == VertexKind::Medium ? vertex.media.receiver_set : receiver_set(vertex.point);
+}
+/// Whether `light` lights `vertex`, its neighbour.
+bool is_linked(const Scene& scene, const PathVertex& light, const PathVertex& vertex);
+/// The part of scattering `f` at `vertex`, the neighbour of `light`, by the kinds of lobes that see this light; none if
+/// the light does not light the vertex.
 Color visible_part(const Scene& scene, const PathVertex& light, const PathVertex& vertex, Vec3 to_eye, Vec3 to_light,
                    bool specular, Color f);
 

@@ -72,6 +72,7 @@ bool walk_in_media(const PathMedia& media, const Ray& ray, const Hit& hit, Sampl
   reset(vertex, VertexKind::Medium);
   vertex.shading.holdout = 0.0f;
   vertex.media.at = at;
+  vertex.media.receiver_set = media.media().receiver_set(stack);
   vertex.point = inside;
   vertex.point.position = ray.origin + t * ray.direction;
   vertex.point.position_error = Vec3(0.0f);
@@ -193,12 +194,13 @@ bool start_at_light(const Scene& scene, const LightWalkGuide* guide, const Light
   if (lights.empty()) return false;
   if (guide && guide->sets_out(u_choice)) {
     const LightWalkGuide::Start start = guide->start(lights, u_choice, u.position, u.direction);
+    if (lights.flags(start.light).blockers != kVisibleShadow) return false;
     make_light_vertex(scene, start.light, start.position, start.normal, start.direction, time, light);
     ray = leave_light(scene, light, start.direction);
     return true;
   }
   const LightSet::Choice choice = lights.choose_by_power(u_choice);
-  if (!(choice.pmf > 0.0f)) return false;
+  if (!(choice.pmf > 0.0f) || lights.flags(choice.light).blockers != kVisibleShadow) return false;
   const auto sample = lights.sample_le(choice.light, u.position, u.direction, time);
   if (!sample || is_black(sample->radiance)) return false;
   make_light_vertex(scene, choice.light, sample->ray.origin, sample->normal, sample->ray.direction, time, light);
@@ -209,7 +211,7 @@ bool start_at_light(const Scene& scene, const LightWalkGuide* guide, const Light
 bool sample_light(const Scene& scene, const PathVertex& at, float u_choice, Vec2 u, PathVertex& light) {
   const LightSet& lights = scene.lights();
   if (!lights.can_choose()) return false;
-  const LightSet::Choice choice = lights.choose(at.position(), receiving_normal(at), u_choice);
+  const LightSet::Choice choice = lights.choose(at.position(), receiving_normal(at), u_choice, receiver_set(at));
   if (!(choice.pmf > 0.0f)) return false;
   const auto sample = lights.sample_li(choice.light, at.position(), u, at.point.time);
   if (!sample || is_black(sample->radiance)) return false;

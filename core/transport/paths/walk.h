@@ -163,7 +163,8 @@ struct LightNumbers {
   Vec2 position, direction;
 };
 /// Samples a light and a ray that leaves it, by power and emission or along a hint. Returns false if there is none for
-/// these random numbers. Densities and radiance follow from light_end when the next vertex is known.
+/// these random numbers, or if other objects than usual block the light: a walk would not find all that it lights, so
+/// walks from the eye find this light. Densities and radiance follow from light_end when the next vertex is known.
 bool start_at_light(const Scene& scene, const LightWalkGuide* guide, const LightNumbers& u, float time,
                     PathVertex& light, Ray& ray);
 

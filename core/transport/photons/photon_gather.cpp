@@ -19,6 +19,11 @@ constexpr uint32_t kGatherDimensions = 4;
 /// show light from the other side of the corner. Light is gathered once more there.
 constexpr float kNear = 1.0f;
 
+/// Where a ray of this density starts.
+DirectVertex origin_at(const ShadingPoint& point, Vec3 normal, float pdf) {
+  return {point.position, normal, pdf, false, ~0u, receiver_set(point)};
+}
+
 /// Density that competes with light sampling for the light that this sample's ray hits; 0: light sampling cannot find it.
 float hit_pdf(const BsdfSample& sample) { return sample.specular ? 0.0f : sample.pdf_solid_angle; }
 
@@ -37,7 +42,8 @@ Color PhotonGatherer::partial_light(const ShadingPoint& point, const Bsdf& bsdf,
   sampler.set_dimension(dimension);
   const float u_choice = sampler.get_1d();
   const Vec2 u = sampler.get_2d();
-  const LightSet::Choice choice = scene_.lights().choose(point.position, bsdf.receiving_normal(), u_choice);
+  const LightSet::Choice choice = scene_.lights().choose(point.position, bsdf.receiving_normal(), u_choice,
+                                                         receiver_set(point));
   if (!(choice.pmf > 0.0f) || !scene_.lights().flags(choice.light).partial()) return Color(0.0f);
   const DirectLightContext context{scene_, point, bsdf};
   if (place.media.active())
@@ -134,7 +140,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
       break;
     specular = specular && sample->specular;
     polished_ |= specular;
-    origin = {point.position, split.sharp()->receiving_normal(), hit_pdf(*sample)};
+    origin = origin_at(point, split.sharp()->receiving_normal(), hit_pdf(*sample));
     media.leave(walk, sample->wi);
     media.scattered_at_surface();
     walk.leave_along(sample->wi);
@@ -209,7 +215,7 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
                                                   float pdf_bsdf, Color throughput, int depth, Numbers numbers) {
   const auto [sampler, dimension] = numbers;
   const BounceLimits& limits = scene_.settings().bounces;
-  DirectVertex origin{from.position, from.ns, pdf_bsdf};
+  DirectVertex origin = origin_at(from, from.ns, pdf_bsdf);
   Incoming result;
   Color beta(1.0f), &radiance = result.radiance;
   EyeWalk walk(scene_, scene_.spawn_ray(from, first.wi), rays_, from);
@@ -274,7 +280,7 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
       continue;
     }
     straight = on_strand(point);
-    if (straight) origin = {point.position, split.sharp()->receiving_normal(), hit_pdf(*sample)};
+    if (straight) origin = origin_at(point, split.sharp()->receiving_normal(), hit_pdf(*sample));
     if (at_bounce_limit || !maps_.has_global) break;
     count_bounce(*sample, point, point);
     if (past_limits(point, limits) || !survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta))

@@ -19,6 +19,7 @@ namespace {
 constexpr uint32_t kBlock = 512;                                    // photon paths in a task
 constexpr uint32_t kEmissionDimensions = 5, kBounceDimensions = 5;  // of a bounce: event, lobe, direction, roulette
 constexpr uint32_t kMediaDimension = 4096, kMediaDimensions = 8;    // for each ray
+constexpr uint32_t kChanceDimension = 16384;                        // plus the vertex
 
 /// Bounces so far, for comparison with the limits that a path tracer applies to the whole path. A stored photon has one
 /// more bounce (caustics) or two more (global map) before it reaches the eye.
@@ -82,9 +83,9 @@ class BlockTracer {
       if (pmf > 0.0f) start = lights.sample_le(light, u_position, u_direction, emission_.time);
     }
     if (!start) return;
-    visibility_ = lights.flags(light).partial() ? lights.flags(light).visibility : uint32_t(kVisibleAll);
+    flags_ = lights.flags(light);
     soft_lamp_.reset();
-    if (lights.flags(light).soft) soft_lamp_ = lights.light(light);
+    if (flags_.soft) soft_lamp_ = lights.light(light);
     LightEnd end;
     end.pdf_origin = pmf * start->pdf_area;
     end.pdf_direction = start->pdf_solid_angle;
@@ -97,7 +98,7 @@ class BlockTracer {
     if (media_) {
       stack_ = media_->around(ray.origin, ray.time);
       // The volume of the world has no end: light from infinity is lost in it.
-      if (is_distant(lights.flags(light).type) && media_->fills_world()) return;
+      if (is_distant(flags_.type) && media_->fills_world()) return;
     }
     walk(ray, flux, out);
   }
@@ -129,12 +130,13 @@ class BlockTracer {
     ShadingPoint point;
     uint32_t kind = kRayShadow;
     int crossed = 0;
+    bool beyond_other = false;
     for (uint32_t vertex = 0;; ++vertex) {
       const Hit hit = scene_.intersect(ray, kind);
       ++out.rays;
       if (media_) [[unlikely]] {
         sampler_.set_dimension(kMediaDimension + kMediaDimensions * vertex);
-        const InMedia outcome = pass_media(ray, hit, point, flux);
+        const InMedia outcome = pass_media(ray, hit, point, bounces.total == 0, flux);
         if (outcome == InMedia::End) return;
         if (outcome == InMedia::Scattered) {
           // The scattering next to the light does not count.
@@ -153,26 +155,41 @@ class BlockTracer {
         ray = scene_.straight_on(point, ray, hit.t);
         continue;
       }
+      // What does not block the light of this source is lit by it, and so is what is behind.
+      const bool blocks = bounces.total > 0 || (scene_.instances()[hit.instance].visibility & flags_.blockers);
+      if (!blocks) [[unlikely]] {
+        flux *= 2.0f;
+        sampler_.set_dimension(kChanceDimension + vertex);
+        if (sampler_.get_1d() < 0.5f) {
+          if (media_) media_->cross(hit, !point.backfacing, stack_);
+          ray = scene_.straight_on(point, ray, hit.t);
+          beyond_other = true;
+          continue;
+        }
+      }
       point.ray_kind = kRayDiffuse | kRayReflection;
       point.ray_depth = point.diffuse_depth = 1;
       scene_.material(hit).evaluate_surface(point, shading_);
       const bool hair = on_strand(point);
       const LobeSplit split(shading_.bsdf, point.wo, hair);
       // Lookups would not separate the kinds of lobes that see the light: they sample such a light themselves.
-      const bool separated = visibility_ != kVisibleAll && bounces.total == 0;
-      const bool lit = is_lit(point.position, ray.direction);
+      const bool separated = flags_.partial() && bounces.total == 0;
+      const bool lit = is_lit(point.position, ray.direction) &&
+                       (bounces.total > 0 || flags_.lights(receiver_set(point)));
       if (split.rough() && !separated && lit) store(point, *split.rough(), flux, bounces, limits, out);
 
       sampler_.set_dimension(kEmissionDimensions + kBounceDimensions * vertex);
       const auto sample = scatter(point, split, flux);
       if (!sample) return;
       if (sample->flags & kTransparent) {
+        if (!blocks) return;  // counted above
         if (++crossed > limits.transparent) return;
         if (media_) media_->cross(hit, !point.backfacing, stack_);
         ray = scene_.straight_on(point, ray, hit.t);
         continue;
       }
-      if (!lit) return;
+      if (!lit || (beyond_other && !was_rough_)) return;  // sharp lobes see lights past nothing (LightFlags::partial)
+      beyond_other = false;
       soft_lamp_.reset();
       if (separated && !keep_visible(point, *(was_rough_ ? split.rough() : split.sharp()), *sample, flux)) return;
       bounces.add(*sample);
@@ -188,8 +205,8 @@ class BlockTracer {
   bool is_lit(Vec3 p, Vec3 direction) const { return !soft_lamp_ || soft_lamp_distance(*soft_lamp_, p, -direction); }
 
   enum class InMedia : uint8_t { Passed, Scattered, End };
-  /// The media up to the hit. If a photon scatters, `ray` is the new one.
-  InMedia pass_media(Ray& ray, const Hit& hit, const ShadingPoint& point, Color& flux) {
+  /// The media up to the hit. `from_light`: nothing has scattered the photon before. If it scatters, `ray` is the new one.
+  InMedia pass_media(Ray& ray, const Hit& hit, const ShadingPoint& point, bool from_light, Color& flux) {
     if (!hit.found()) return InMedia::End;  // nothing stores it
     if (stack_.empty()) return InMedia::Passed;
     MediaStretch stretch;
@@ -211,7 +228,8 @@ class BlockTracer {
     flux = after / survival;
     if (!scatters) return InMedia::Passed;
     ray.origin += t * ray.direction;
-    if (!is_lit(ray.origin, ray.direction)) return InMedia::End;
+    if (!is_lit(ray.origin, ray.direction) || (from_light && !flags_.lights(media_->media().receiver_set(stack_))))
+      return InMedia::End;
     soft_lamp_.reset();
     ray.travelled = 0.0f;
     ray.direction = direction;
@@ -273,9 +291,10 @@ class BlockTracer {
 
   /// Multiplies flux with the part of the scattering by lobes that see the light; false if there is none.
   bool keep_visible(const ShadingPoint& point, const Bsdf& lobes, const BsdfSample& sample, Color& flux) const {
-    if (sample.specular) return visibility_ & (sample.flags & kTransmission ? kVisibleTransmission : kVisibleGlossy);
+    if (sample.specular)
+      return flags_.visibility & (sample.flags & kTransmission ? kVisibleTransmission : kVisibleGlossy);
     const Color all = visible_to(kVisibleAll, lobes, sample.wi, point.wo),
-                visible = visible_to(visibility_, lobes, sample.wi, point.wo);
+                visible = visible_to(flags_.visibility, lobes, sample.wi, point.wo);
     for (int c = 0; c < 3; ++c) flux[c] *= all[c] > 0.0f ? visible[c] / all[c] : 0.0f;
     return !is_black(flux);
   }
@@ -293,9 +312,9 @@ class BlockTracer {
   PathVertex light_;
   SurfaceShading shading_;
   bool was_rough_ = false;
-  MediaStack stack_;                   ///< of the present ray
-  std::optional<Light> soft_lamp_;     ///< of the present ray, if it comes straight from one
-  uint32_t visibility_ = kVisibleAll;  ///< of the photon's light, if only some kinds of lobes see it
+  MediaStack stack_;                ///< of the present ray
+  std::optional<Light> soft_lamp_;  ///< of the present ray, if it comes straight from one
+  LightFlags flags_;                ///< of the photon's light
 };
 
 template <class T>

@@ -3,7 +3,6 @@
 import bpy
 import numpy as np
 import pytest
-from ajar_render import compat
 from ajar_render.ajar_module import ajar
 from ajar_render.headless import Options
 
@@ -153,13 +152,6 @@ def test_resolution_and_border(export, scene):
 def test_a_missing_camera_is_left_to_the_core(export, scene):
     scene.camera = None
     assert not export().camera.present
-
-
-def test_light_linking_is_reported(build, export_context, monkeypatch):
-    light(build, "POINT")
-    light(build, "SUN")
-    monkeypatch.setattr(compat, "has_light_linking", lambda thing: thing.name == "Point")
-    assert [name for name, message in export_context().warnings if "linking" in message] == ["Point"]
 
 
 def test_a_field_of_a_message_may_have_the_name_name(export_context):

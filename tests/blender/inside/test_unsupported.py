@@ -46,7 +46,7 @@ def test_a_plain_scene_has_no_warnings(datablocks):
     assert warnings() == set()
 
 
-KINDS = ("SCENE", "VIEW_LAYER", "OBJECT", "LIGHT", "WORLD", "CAMERA", "MATERIAL")
+KINDS = ("SCENE", "VIEW_LAYER", "OBJECT", "WORLD", "CAMERA", "MATERIAL")
 
 
 @pytest.mark.parametrize("kind, setting", [(kind, setting) for kind in KINDS for setting in getattr(unsupported, kind)],

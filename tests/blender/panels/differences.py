@@ -45,6 +45,11 @@ REPLACED = {
        for name in ("dicing_rate", "preview_dicing_rate", "max_subdivisions", "dicing_camera", "offscreen_dicing_scale")},
     ("CyclesObjectSettings", "use_adaptive_subdivision"): ("AjarObjectSettings", "use_adaptive_subdivision"),
     ("CyclesObjectSettings", "dicing_rate"): ("AjarObjectSettings", "dicing_rate"),
+    **{("CyclesRenderSettings", name): ("AjarSceneSettings", name) for name in ("use_camera_cull", "camera_cull_margin", "use_distance_cull", "distance_cull_margin")},
+    **{("CyclesObjectSettings", name): ("AjarObjectSettings", name) for name in ("use_camera_cull", "use_distance_cull")},
+    ("CyclesLightSettings", "max_bounces"): ("AjarLightSettings", "max_bounces"),
+    ("CyclesWorldSettings", "max_bounces"): ("AjarWorldSettings", "max_bounces"),
+    ("CyclesRenderLayerSettings", "use_pass_shadow_catcher"): ("AjarViewLayerSettings", "use_pass_shadow_catcher"),
     ("CyclesRenderLayerSettings", "use_pass_volume_direct"): ("AjarViewLayerSettings", "use_pass_volume_direct"),
     ("CyclesRenderLayerSettings", "use_pass_volume_indirect"): ("AjarViewLayerSettings", "use_pass_volume_indirect"),
     ("CyclesRenderLayerSettings", "pass_debug_sample_count"): ("AjarViewLayerSettings", "use_pass_sample_count"),
@@ -62,8 +67,8 @@ MNEE = "setting of the shadow caustics of Cycles; Ajar finds caustics without ma
 
 ABSENT = {
     **{("CyclesRenderSettings", name): REPORTED for name in (
-        "use_fast_gi", "fast_gi_method", "ao_bounces", "ao_bounces_render", "film_transparent_glass", "film_transparent_roughness", "use_camera_cull",
-        "camera_cull_margin", "use_distance_cull", "distance_cull_margin", "texture_limit", "texture_limit_render", "texture_resolution",
+        "use_fast_gi", "fast_gi_method", "ao_bounces", "ao_bounces_render", "film_transparent_glass", "film_transparent_roughness",
+        "texture_limit", "texture_limit_render", "texture_resolution",
         "texture_resolution_render", "sample_offset", "use_sample_subset", "sample_subset_length", "rolling_shutter_type", "rolling_shutter_duration",
         "blur_glossy")},
     **{("CyclesRenderSettings", name): NOISE for name in (
@@ -80,7 +85,7 @@ ABSENT = {
         "preview_denoising_use_gpu")},
     **{("CyclesRenderSettings", name): STEPS for name in ("volume_step_rate", "volume_preview_step_rate", "volume_max_steps", "volume_biased")},
     ("CyclesRenderSettings", "bake_type"): BAKE,
-    **{("template_ID", f"{name}_collection"): "light linking is not supported yet; it is reported for the object. Since 4.3, Blender shows it for every engine" for name in ("receiver", "blocker")},
+    **{("template_ID", f"{name}_collection"): "Blender shows light linking for every engine since 4.3; Ajar has panels of its own before" for name in ("receiver", "blocker")},
     ("CyclesMaterialSettings", "use_transparent_shadow"): REPORTED,
     ("CyclesMaterialSettings", "use_bump_map_correction"): REPORTED,
     ("Material", "use_transparent_shadow"): REPORTED,
@@ -91,11 +96,9 @@ ABSENT = {
     **{("CyclesMaterialSettings", name): STEPS for name in ("homogeneous_volume", "volume_sampling", "volume_interpolation", "volume_step_rate")},
     **{("CyclesWorldSettings", name): STEPS for name in ("homogeneous_volume", "volume_sampling", "volume_interpolation", "volume_step_size")},
     **{("CyclesWorldSettings", name): NOISE for name in ("sampling_method", "sample_map_resolution")},
-    ("CyclesWorldSettings", "max_bounces"): REPORTED,
     ("CyclesWorldSettings", "use_shadows"): REPORTED,
     ("CyclesWorldSettings", "is_caustics_light"): MNEE,
     ("CyclesVisibilitySettings", "shadow"): "a world does not block light",
-    ("CyclesLightSettings", "max_bounces"): REPORTED,
     ("CyclesLightSettings", "is_caustics_light"): MNEE,
     ("CyclesObjectSettings", "is_caustics_caster"): MNEE,
     ("CyclesObjectSettings", "is_caustics_receiver"): MNEE,
@@ -104,10 +107,8 @@ ABSENT = {
     ("CyclesRenderSettings", "use_pixel_jitter"): "setting for debugging Cycles",
     ("CyclesRenderLayerSettings", "denoising_pass_follow_reflections"): "Denoising Data always follows reflections",
     ("CyclesRenderLayerSettings", "denoising_pass_use_albedo_roughness_weighting"): "detail of Cycles' Denoising Data",
-    ("CyclesObjectSettings", "use_camera_cull"): "setting of culling, which is reported",
-    ("CyclesObjectSettings", "use_distance_cull"): "setting of culling, which is reported",
     **{("CyclesRenderLayerSettings", name): REPORTED for name in (
-        "use_pass_shadow_catcher", "use_pass_volume_scatter", "use_pass_volume_transmit", "use_pass_volume_majorant", "pass_render_time")},
+        "use_pass_volume_scatter", "use_pass_volume_transmit", "use_pass_volume_majorant", "pass_render_time")},
     ("CyclesRenderLayerSettings", "use_denoising"): DENOISER,
     **{("ViewLayer", name): REPORTED for name in (
         "use_pass_vector", "use_pass_ambient_occlusion", "use_pass_shadow", "use_pass_cryptomatte_object", "use_pass_cryptomatte_material",

@@ -33,7 +33,7 @@ READ = {
                  "use_pass_position use_pass_normal use_pass_uv use_pass_mist use_pass_object_index use_pass_material_index use_pass_emit use_pass_environment "
                  "use_pass_diffuse_* use_pass_glossy_* use_pass_transmission_* cycles",
     "Object": "data parent active_material location rotation_* scale delta_* matrix_* instance_* use_instance_* show_instancer_for_* visible_* is_holdout pass_index color "
-              "hide_render hide_viewport lightgroup cycles shadow_terminator_geometry_offset modifiers particle_systems dimensions",
+              "hide_render hide_viewport lightgroup cycles is_shadow_catcher light_linking shadow_terminator_geometry_offset modifiers particle_systems dimensions",
     "Mesh": "use_auto_smooth auto_smooth_angle use_auto_texspace auto_texspace texspace_* cycles",
     "Curves": "surface surface_uv_map",
     "*Light": "type color energy shadow_soft_size angle shape size size_y spread spot_size spot_blend use_nodes node_tree cycles use_shadow use_temperature temperature exposure normalize use_soft_falloff",
@@ -46,7 +46,6 @@ READ = {
 }
 REPORTED = {
     "RenderSettings": "use_multiview views_format",
-    "Object": "is_shadow_catcher light_linking",
     "Camera": "custom_* cycles_custom central_cylindrical_* stereo",
     "ViewLayer": "active_aov* use_pass_subsurface_*",
     "Material": "use_transparent_shadow",

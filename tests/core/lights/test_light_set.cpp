@@ -640,6 +640,34 @@ TEST(LightSet, probabilities_sum_to_one_and_dark_lights_are_never_chosen) {
   }
 }
 
+TEST(LightSet, of_a_receiver_set_only_its_lights_are_chosen) {
+  SceneDescription d = mixed_lights();
+  d.lights[0].links.receivers = 0b010;
+  d.objects[1].links.receivers = 0b100;
+  const auto scene = build(d);
+  const LightSet& lights = scene->lights();
+  EXPECT_TRUE(lights.any_linked());
+  EXPECT_FALSE(build(mixed_lights())->lights().any_linked());
+  const Vec3 p(0.0f), n(0, 0, 1);
+  for (const uint32_t set : {0u, 1u, 2u, 63u, kEveryLight}) {
+    double sum = 0.0;
+    for (uint32_t i = 0; i < lights.size(); ++i) {
+      const float pmf = lights.choice_pmf(p, n, i, set);
+      sum += pmf;
+      EXPECT_TRUE(pmf == 0.0f || lights.flags(i).lights(set)) << i << " " << set;
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-6) << set;
+    for (int i = 0; i < 1024; ++i) {
+      const auto choice = lights.choose(p, n, (float(i) + 0.5f) / 1024.0f, set);
+      ASSERT_EQ(choice.pmf, lights.choice_pmf(p, n, choice.light, set));
+      EXPECT_TRUE(lights.flags(choice.light).lights(set));
+    }
+  }
+  EXPECT_EQ(lights.choice_pmf(p, n, 0, 0), 0.0f);
+  EXPECT_GT(lights.choice_pmf(p, n, 0, 1), 0.0f);
+  EXPECT_GT(lights.choice_pmf(p, n, 0, kEveryLight), 0.0f);
+}
+
 TEST(LightSet, with_media_half_of_the_choices_among_few_lights_are_uniform) {
   SceneDescription clear = dark();
   clear.lights = {point_light({0, 0, 3}, 1e6f, 0.1f), point_light({0, 1, 3}, 1.0f, 0.1f), point_light({1, 1, 3}, 0.0f)};

@@ -1,0 +1,25 @@
+"""Light linking, shadow linking and shadow catchers, which Blender 3.4 has not or only in part, compared with Cycles of a newer Blender."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import compatibility
+import pytest
+
+
+@pytest.mark.parametrize("version", ["4.2.23", "5.2.3"])
+def test_linked_lights_and_catchers_are_those_of_cycles(zips, tmp_path, version):
+    try:
+        blender = compatibility.wheel(version, zips[0])
+    except compatibility.Unavailable as reason:
+        pytest.skip(f"not tried in Blender {version}: {reason}")
+    out = tmp_path / "differences.json"
+    result = subprocess.run([blender.command[0], Path(__file__).with_name("linking_inside.py"), zips[0], out], text=True, stdout=subprocess.PIPE,
+                            stderr=subprocess.STDOUT, env=os.environ | {"BLENDER_USER_RESOURCES": str(tmp_path / "profile")}, timeout=600, check=False)
+    assert out.is_file(), result.stdout
+    differences = json.loads(out.read_text())
+    assert {name: found for name, found in differences.items() if found["excess"] > 1.0} == {}
