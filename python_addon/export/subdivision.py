@@ -86,8 +86,9 @@ def prepare(context: ExportContext, frame_set: Callable[[int, float], None] | No
             modifier.id_data.update_tag(refresh={"OBJECT", "DATA"})
         frame_set(scene.frame_current, scene.frame_subframe)
     finally:
-        for modifier in switched:   # the evaluated scene keeps the state above until the next render
+        for modifier in switched:   # the evaluated scene keeps the state above until it is evaluated again
             modifier.show_render = True
+            modifier.id_data.update_tag(refresh={"OBJECT", "DATA"})
     context.refresh()
 
 

@@ -41,6 +41,13 @@ def test_faces_are_exported_instead_of_triangles(adaptive, export):
     assert not faces["keep_corners"] and faces["uv_smoothing"] == ajar.UvSmoothing.KeepBoundaries
 
 
+def test_small_triangles_need_no_offset_of_shadows(adaptive, export):
+    thing, _ = adaptive()
+    assert export().objects[0].shadow_terminator_offset == 0.0
+    thing.cycles.use_adaptive_subdivision = False
+    assert export().objects[0].shadow_terminator_offset == pytest.approx(0.1)
+
+
 def test_versions_before_4_5_divide_what_the_modifier_has_made(adaptive, export):
     adaptive(levels=2)
     assert len(export().meshes[0].subdivision["face_sizes"]) == 6 * 16
