@@ -71,7 +71,10 @@ class Bdpt final : public Integrator {
     // iterations.
     for (int i = 0; merging_.active() && i < samples_per_pixel && merging_.begin_pass(samples_done_, stop); ++i)
       add_samples(1);
-    for (const BidirectionalWalks& w : walks) statistics_.rays += w.rays();
+    for (const BidirectionalWalks& w : walks) {
+      statistics_.rays += w.rays();
+      statistics_.extra["refused_paths"] += double(w.refused());
+    }
     // Each sample also has a walk from a light.
     const double samples = film.sample_counts().mean;
     statistics_.paths = 2 * uint64_t(std::llround(samples * light_walks));

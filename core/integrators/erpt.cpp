@@ -30,7 +30,7 @@ constexpr uint32_t kPilotStream = 0x9a1e7000u, kSampleStream = 0x5eed0001u, kCha
 
 class EnergyRedistribution final : public Integrator {
  public:
-  Bias bias() const override { return direct_.merging().active() ? Bias::Consistent : Bias::Unbiased; }
+  Bias bias() const override { return bias_with(direct_, Bias::Unbiased); }
 
   using Integrator::prepare;
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
@@ -61,7 +61,7 @@ class EnergyRedistribution final : public Integrator {
     add_statistics_of(followed_, s);
     add_statistics_of(media_.get(), s);
     s.hints = followed_.statistics();
-    add_statistics_of(direct_.merging(), s);
+    add_statistics_of(direct_, s);
     Tally sum;
     if (!workers_) return s;
     for (const Worker& worker : *workers_) {
@@ -70,6 +70,7 @@ class EnergyRedistribution final : public Integrator {
       sum.max_energy = std::max(sum.max_energy, worker.tally.max_energy);
       s.rays += worker.seeds.rays() + worker.chain.rays();
       s.extra["failed_starts"] += double(worker.seeds.failed());
+      s.extra["refused_paths"] += double(worker.seeds.refused());
     }
     s.paths = samples_done_ + sum.steps;
     s.extra["mutations"] = double(sum.steps);

@@ -19,6 +19,7 @@
 
 namespace ajar {
 
+class DirectPass;      // transport/bidirectional/direct_pass.h
 class FollowedHints;   // transport/hints/followed_hints.h
 class PathMedia;       // transport/media/path_media.h
 struct MediaCounters;  // transport/media/media.h
@@ -80,9 +81,13 @@ class Integrator {
   virtual PhotonPoints photons(uint64_t /*max_count*/) const { return {}; }
 };
 
+/// The bias of an integrator that adds this direct light to the light of chains, whose own bias is `chains`.
+Bias bias_with(const DirectPass& direct, Bias chains);
 /// Adds the rays of all passes and the sizes of the last one. These are rays of photons, of which a small image has
 /// more per pixel.
 void add_statistics_of(const VertexMerging& merging, IntegratorStatistics& statistics);
+/// The same, and rays of walks below surfaces. These are part of the direct pass's rays.
+void add_statistics_of(const DirectPass& direct, IntegratorStatistics& statistics);
 /// Memory and counters of media.
 void add_statistics_of(const MediaCounters& counters, size_t bytes, IntegratorStatistics& statistics);
 /// The same for the media of paths; null: there are none.
@@ -97,8 +102,7 @@ struct IntegratorInfo {
   Bias bias;
   const char* sentence;  ///< one sentence for the artist
   std::unique_ptr<Integrator> (*make)();
-  bool walks_below_surfaces = false;  ///< others approximate subsurface scattering by diffuse reflection
-  bool knows_parts = false;           ///< renders the passes that consist of SampleParts
+  bool knows_parts = false;  ///< renders the passes that consist of SampleParts
   /// Can use vertex merging (transport/bidirectional/vertex_merging.h), which makes it consistent.
   bool can_merge = false;
   bool follows_hints = false;          ///< follows the artist's light hints (transport/hints/hint_guide.h)

@@ -15,7 +15,7 @@ constexpr uint32_t kMinSeeds = 1u << 12, kMaxSeeds = 1u << 16;
 
 class Metropolis final : public Integrator {
  public:
-  Bias bias() const override { return Bias::Consistent; }
+  Bias bias() const override { return bias_with(direct_, Bias::Consistent); }
 
   using Integrator::prepare;
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
@@ -46,7 +46,7 @@ class Metropolis final : public Integrator {
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
     s.rays = pilot_.rays + direct_.rays() + chains_.rays();
-    add_statistics_of(direct_.merging(), s);
+    add_statistics_of(direct_, s);
     add_statistics_of(followed_, s);
     add_statistics_of(media_.get(), s);
     s.paths = chains_.steps() + chains_.seeds();

@@ -47,6 +47,7 @@ struct Deposit {
     bool lambert;
   };
   std::vector<Entry> entries[2];  // global, caustic
+  uint64_t refused = 0;
 
   void add(const PathPhoton& found, float weight) {
     std::vector<Entry>& list = entries[found.place == ArrivalMap::kSeen ? 1 : 0];
@@ -84,7 +85,7 @@ class Mps final : public Integrator {
     arrivals_ = {};
     plan_ = plan.photons;
     hints_ = plan.hints;
-    photon_rays_ = 0;
+    photon_rays_ = refused_photons_ = 0;
     passes_.prepare(*scene_, media_.get(), seed, &arrivals_);
   }
 
@@ -108,6 +109,7 @@ class Mps final : public Integrator {
     ensemble_.add_statistics(s.extra);
     // Shares of the light of chains, because direct light is not known here.
     s.hints = ensemble_.hint_statistics(followed_.reports(), 0.0);
+    s.extra["refused_photons"] = double(refused_photons_);
     s.extra["arrival_bytes"] = double(arrivals_.memory_bytes());
     return s;
   }
@@ -117,6 +119,7 @@ class Mps final : public Integrator {
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film, media_.get());
+    space_->has_subsurface = false;  // gathering goes below surfaces, and photons are diffuse there
     followed_.begin(hints_, *space_, seed_, stop);
     mutations_ = standard_mutations(*space_, followed_.hints(), followed_.mutation_use());
     ensemble_ = {};
@@ -137,7 +140,7 @@ class Mps final : public Integrator {
     ensemble_.run(steps, stop, [&](size_t chain, const Path& path, double weight, Sampler&) {
       if (!window.contains(path.time())) return;
       PathPhoton found[2 * kMaxPathVertices];
-      const int count = photons_of(*space_, path, found);
+      const int count = photons_of(*space_, path, found, deposits[chain].refused);
       for (int k = 0; k < count; ++k) deposits[chain].add(found[k], float(scale * weight));
     });
     PhotonEmission emission;
@@ -151,6 +154,7 @@ class Mps final : public Integrator {
     photon_rays_ += plain.rays;
     if (stop.load(std::memory_order_relaxed)) return;
 
+    for (const Deposit& deposit : deposits) refused_photons_ += deposit.refused;
     std::vector<Photon> photons[2], independent[2];
     std::vector<const Deposit::Entry*> entries[2];
     for (int kind = 0; kind < 2; ++kind) {
@@ -180,13 +184,9 @@ class Mps final : public Integrator {
             for (size_t i = range.begin(); i != range.end(); ++i) {
               Photon& photon = photons[kind][i];
               const Vec3 position = photon.point.position, normal = unpack_direction(photon.point.packed_normal);
-              const double inverse = photon.transmits()
-                                         ? arrivals_.inverse_density_of_both_sides(place, position, normal, radius)
-                                         : arrivals_.inverse_density(place, position, normal, radius);
-              const double all = per_lookup + plain_density * inverse;
-              const bool of_chain = i < entries[kind].size();
-              const double weight = inverse > 0.0 ? (of_chain ? inverse * per_lookup : plain_density * inverse) / all
-                                                  : (of_chain ? 0.0 : 1.0);
+              const ArrivalMap::Factors factors = arrivals_.factors(place, {position, normal, photon.transmits()},
+                                                                    radius, per_lookup, plain_density);
+              const double weight = i < entries[kind].size() ? factors.of_chain : factors.plain;
               photon.flux_over_cosine *= float(weight);
             }
           });
@@ -212,7 +212,7 @@ class Mps final : public Integrator {
   ArrivalMap arrivals_;
   PhotonPlan plan_;
   GatherPasses passes_;
-  uint64_t photon_rays_ = 0;
+  uint64_t photon_rays_ = 0, refused_photons_ = 0;
 };
 
 }  // namespace

@@ -20,7 +20,7 @@ constexpr double kRamp = 8.0;  ///< generations until they have full weight: the
 
 class PopulationPaths final : public Integrator {
  public:
-  Bias bias() const override { return direct_.merging().active() ? Bias::Consistent : Bias::Unbiased; }
+  Bias bias() const override { return bias_with(direct_, Bias::Unbiased); }
 
   using Integrator::prepare;
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
@@ -67,7 +67,7 @@ class PopulationPaths final : public Integrator {
     s.rays = direct_.rays();
     add_statistics_of(followed_, s);
     add_statistics_of(media_.get(), s);
-    add_statistics_of(direct_.merging(), s);
+    add_statistics_of(direct_, s);
     if (!populations_[0]) return s;
     for (const auto& population : populations_) {
       population->add_statistics(s.extra);

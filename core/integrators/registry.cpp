@@ -8,6 +8,7 @@
 #include "integrators/path_tracer.h"
 #include "integrators/photon_mapping.h"
 #include "integrators/pmc_path.h"
+#include "transport/bidirectional/direct_pass.h"
 #include "transport/hints/followed_hints.h"
 #include "transport/media/path_media.h"
 
@@ -24,7 +25,6 @@ constexpr IntegratorInfo kIntegrators[] = {
      .sentence = "Tries several techniques on a small picture and renders with the best. The render plan says which "
                  "one, and whether it is unbiased.",
      .make = make_path_tracer,
-     .walks_below_surfaces = true,
      .knows_parts = true,
      .follows_hints = true,
      .automatic = true,
@@ -38,7 +38,6 @@ constexpr IntegratorInfo kIntegrators[] = {
      .bias = Bias::Unbiased,
      .sentence = "Paths from the camera. Best for open scenes and visible lights.",
      .make = make_path_tracer,
-     .walks_below_surfaces = true,
      .knows_parts = true,
      .can_guide = true},
     {.name = "bdpt",
@@ -76,7 +75,6 @@ constexpr IntegratorInfo kIntegrators[] = {
      .bias = Bias::Consistent,
      .sentence = "Photon mapping with photons only where the picture needs them.",
      .make = make_mps,
-     .walks_below_surfaces = true,
      .follows_hints = true,
      .gathers_photons = true,
      .takes_further_samples = true},
@@ -96,7 +94,6 @@ constexpr IntegratorInfo kIntegrators[] = {
      .bias = Bias::Consistent,
      .sentence = "Photons from the lights, gathered where the camera sees them.",
      .make = make_photon_mapping,
-     .walks_below_surfaces = true,
      .follows_hints = true,
      .gathers_photons = true,
      .takes_further_samples = true},
@@ -106,7 +103,6 @@ constexpr IntegratorInfo kIntegrators[] = {
      .bias = Bias::Biased,
      .sentence = "Diffuse indirect light, computed at few points and interpolated.",
      .make = make_irradiance_cache,
-     .walks_below_surfaces = true,
      .stores_records = true}};
 
 }  // namespace
@@ -116,6 +112,11 @@ const std::vector<IntegratorInfo>& integrator_list() {
   return list;
 }
 
+Bias bias_with(const DirectPass& direct, Bias chains) {
+  if (direct.chains_leave_out_light()) return Bias::Biased;
+  return direct.merging().active() ? std::max(chains, Bias::Consistent) : chains;
+}
+
 void add_statistics_of(const VertexMerging& merging, IntegratorStatistics& statistics) {
   if (!merging.active()) return;
   statistics.rays += merging.rays();
@@ -123,6 +124,12 @@ void add_statistics_of(const VertexMerging& merging, IntegratorStatistics& stati
   statistics.extra["photons"] = double(merging.photons());
   statistics.extra["photon_bytes"] = double(merging.memory_bytes());
   statistics.extra["photon_radius"] = double(merging.radius());
+  statistics.extra["refused_photons"] = double(merging.refused());
+}
+
+void add_statistics_of(const DirectPass& direct, IntegratorStatistics& statistics) {
+  add_statistics_of(direct.merging(), statistics);
+  if (direct.rays_below() > 0) statistics.extra["subsurface_rays"] = double(direct.rays_below());
 }
 
 void add_statistics_of(const MediaCounters& counters, size_t bytes, IntegratorStatistics& statistics) {

@@ -121,6 +121,21 @@ class Planner {
     add("shader programs", constant < used,
         number(used - constant) + " of " + number(used) + " materials evaluated per hit, the others constant",
         "at most " + number(uint64_t(longest)) + " instructions a hit");
+    look_below_surfaces();
+  }
+
+  /// Chains and populations render only paths without walks below surfaces; they splat and take further samples.
+  void look_below_surfaces() {
+    const bool below = scene_.has_subsurface();
+    const bool divides = integrator_.can_merge && integrator_.takes_further_samples;
+    add("walks below surfaces", below,
+        !below ? "light enters no visible material"
+        : divides
+            ? "paths with such walks are traced from the eye and connected to walks from lights; all others belong "
+              "to " +
+                  std::string(integrator_.label)
+            : "light enters a visible material",
+        divides ? "a walk from the eye for each direct sample" : "a random walk where a path enters");
   }
 
   void choose_direct() {

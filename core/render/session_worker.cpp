@@ -213,7 +213,6 @@ void SessionWorker::build(Job& job) {
   const auto start = Clock::now();
   Scene::Options options;
   options.bake_single_instances = !job.keep;
-  options.walks_below_surfaces = find_integrator(job.description->settings.integrator).walks_below_surfaces;
   options.stop = &stop_building_;
   options.progress = [this, start](const char* step, float fraction) {
     const auto state = state_.lock();

@@ -236,11 +236,6 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     choice.reason = "the limit of bounces is 0";
     return choice;
   }
-  for (const Candidate& candidate : kCandidates) {
-    if (!scene->has_subsurface() || find_integrator(candidate.integrator).walks_below_surfaces) continue;
-    choice.reason = "light goes below a surface, which some techniques only approximate";
-    return choice;
-  }
   const Tried tried{scene, camera, asked, std::move(hints)};
   const double samples_asked = samples_of_render(asked, asked.seconds > 0.0 ? samples_per_second(tried, stop) : 0.0);
   // The pilot costs at most its share of the render.

@@ -87,7 +87,6 @@ class Scene {
  public:
   struct Options {
     bool bake_single_instances = true;  ///< off in the viewport, where transforms change
-    bool walks_below_surfaces = true;   ///< whether the integrator does; if not, subsurface scattering is reported
     bool alone = false;                 ///< for Scene::catchers
     const std::atomic<bool>* stop = nullptr;
     std::function<void(const char* step, float fraction)> progress;

@@ -395,14 +395,6 @@ void Scene::Builder::compile_shaders() {
   context.grids = &s_.grid_names_;
   context.working_from_rec709 = s_.working_from_rec709_ = ajar::working_from_rec709(d_.color);
   s_.compile_materials(d_, shown_by_, context, previous_.get(), diagnostics_);
-  if (!options_.walks_below_surfaces) {
-    for (size_t i = 0; i < d_.materials.size(); ++i)
-      if (shown_by_[i] >= 0 && s_.programs_[i].has_subsurface())
-        report_once(diagnostics_,
-                    {Diagnostic::Severity::Warning, d_.materials[i].name,
-                     "its subsurface scattering is approximated by diffuse reflection; Path Tracing walks "
-                     "below surfaces"});
-  }
   s_.material_pass_indices_.push_back(0);
   s_.programs_.push_back(ShaderProgram::compile(default_surface(), "Default Surface", *s_.textures_, diagnostics_));
   for (size_t i = 0; i < shown_by_.size(); ++i)

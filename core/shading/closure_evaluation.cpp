@@ -110,7 +110,10 @@ void ScatteringBuilder::add(const Closure& closure) const {
       inputs.reflective_caustics = reflective;
       inputs.refractive_caustics = refractive;
       inputs.enters = inputs.subsurface > 0.0f && may_enter(inputs);
-      if (inputs.enters) out.medium = closures::principled_medium(inputs);
+      if (inputs.enters) {
+        out.medium = closures::principled_medium(inputs);
+        out.medium.after_diffuse = inputs.enters_after_diffuse;
+      }
       closures::add_principled(out.bsdf, surface, Color(weight), inputs);
       break;
     case ClosureKind::Velvet: closures::add_velvet(out.bsdf, surface, color, inputs.normal, inputs.roughness); break;
@@ -127,6 +130,7 @@ void ScatteringBuilder::add(const Closure& closure) const {
         out.medium = closures::make_medium({inputs.subsurface_method, inputs.base_color,
                                             inputs.subsurface_radius * inputs.subsurface_scale,
                                             inputs.subsurface_anisotropy, inputs.subsurface_ior, inputs.roughness});
+        out.medium.after_diffuse = inputs.enters_after_diffuse;
         closures::add_subsurface(out.bsdf, surface, color, inputs.normal, out.medium);
       } else {
         closures::add_diffuse(out.bsdf, surface, color, inputs.normal, 0.0f);

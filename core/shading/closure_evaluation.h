@@ -54,7 +54,9 @@ struct ScatteringBuilder {
   /// Whether light can enter a closure with subsurface scattering. After a diffuse bounce it leaves where it enters, as
   /// in Cycles before Blender 5.0. The same holds for the second medium of a surface.
   bool may_enter(const closures::PrincipledInputs& inputs) const {
-    return (values.point.diffuse_depth == 0 || inputs.enters_after_diffuse) && !out.bsdf.has_subsurface();
+    const ShadingPoint& point = values.point;
+    return (point.diffuse_depth == 0 || inputs.enters_after_diffuse || point.marks_subsurface) &&
+           !out.bsdf.has_subsurface();
   }
   /// The normal of diffuse lobes that is not bent towards the eye.
   void set_diffuse_normal(const Closure& closure, closures::PrincipledInputs& inputs) const {

@@ -380,6 +380,11 @@ bool ShaderProgram::has_subsurface() const {
   return std::any_of(data_->scattering.begin(), data_->scattering.end(), has_walk);
 }
 
+bool ShaderProgram::enters_after_diffuse() const {
+  return std::any_of(data_->scattering.begin(), data_->scattering.end(),
+                     [](const Closure& closure) { return has_walk(closure) && closure.inputs.enters_after_diffuse; });
+}
+
 bool ShaderProgram::subsurface_has_normal() const { return data_->subsurface_has_normal; }
 
 bool ShaderProgram::may_be_rough(float roughness) const {

@@ -74,6 +74,7 @@ class ShaderProgram {
   bool may_be_transparent() const;              ///< has a Transparent closure with a non-zero weight
   bool scatters() const;                        ///< has a closure other than emission and transparency
   bool has_subsurface() const;                  ///< light can enter the surface
+  bool enters_after_diffuse() const;            ///< also after a diffuse bounce
   bool subsurface_has_normal() const;  ///< closures with subsurface scattering have other normals than the surface
   bool has_volume() const;             ///< encloses a volume, which may be empty
   bool has_surface() const;            ///< false for an object that only encloses a volume: its surface is invisible

@@ -211,18 +211,72 @@ inline std::vector<TransportScene> feature_scenes() {
   return scenes;
 }
 
+/// A material with subsurface scattering. In Blender 5, light enters `after_diffuse` bounces as well.
+inline int add_skin(SceneDescription& d, bool after_diffuse, const char* method = "RANDOM_WALK") {
+  GraphBuilder b;
+  b.graph.surface = {b.node("ShaderNodeSubsurfaceScattering",
+                            {value_input("Color", Vec4(0.8f, 0.5f, 0.4f, 1.0f)), value_input("Scale", 0.1f),
+                             value_input("Radius", Vec4(1.0f, 0.4f, 0.2f, 0.0f))},
+                            {text_property("falloff", method),
+                             number_property("enters_after_diffuse", {after_diffuse ? 1.0f : 0.0f})}),
+                     "BSSRDF"};
+  return add_material(d, b);
+}
+/// The same of a Principled BSDF of the first or second generation, with reflection above it.
+inline int add_principled_skin(SceneDescription& d, bool second) {
+  GraphBuilder b;
+  const NodeInput color = value_input("Base Color", Vec4(0.8f, 0.5f, 0.4f, 1.0f)),
+                  radius = value_input("Subsurface Radius", Vec4(0.1f, 0.04f, 0.02f, 0.0f));
+  const NodeProperty rule = number_property("enters_after_diffuse", {second ? 1.0f : 0.0f});
+  const int node = second ? b.node("ShaderNodeBsdfPrincipled",
+                                   {color, radius, value_input("Subsurface Weight", 0.8f),
+                                    value_input("Subsurface Scale", 1.0f), value_input("Roughness", 0.4f),
+                                    value_input("Coat Weight", 0.5f), value_input("Coat Roughness", 0.3f)},
+                                   {rule})
+                          : b.node("ShaderNodeBsdfPrincipled",
+                                   {color, radius, value_input("Subsurface", 0.8f),
+                                    value_input("Subsurface Color", Vec4(0.8f, 0.4f, 0.3f, 1.0f)),
+                                    value_input("Roughness", 0.4f), value_input("Specular", 0.8f)},
+                                   {rule});
+  b.graph.surface = {node, "BSDF"};
+  return add_material(d, b);
+}
 /// A ball with subsurface scattering in the room of the other scenes.
 inline TransportScene subsurface_scene() {
   SceneDescription d = grey_room();
-  GraphBuilder b;
-  const int node = b.node("ShaderNodeSubsurfaceScattering",
-                          {value_input("Color", Vec4(0.8f, 0.5f, 0.4f, 1.0f)), value_input("Scale", 0.1f),
-                           value_input("Radius", Vec4(1.0f, 0.4f, 0.2f, 0.0f))},
-                          {text_property("falloff", "RANDOM_WALK")});
-  b.graph.surface = {node, "BSSRDF"};
-  add_object(d, sphere(), add_material(d, b), moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
+  add_object(d, sphere(), add_skin(d, false), moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
   d.lights.push_back(area_lamp(Vec3(0.1f, 0.1f, 0.95f), Vec3(0, 0, -1), 0.5f, 8.0f));
   return {"skin", std::move(d)};
+}
+/// Rooms whose floor and one wall, or whose ball, have subsurface scattering, so that much light passes between such
+/// surfaces, and between them and the other walls.
+inline std::vector<TransportScene> subsurface_scenes() {
+  std::vector<TransportScene> scenes;
+  const auto add = [&](const char* name, const std::function<int(SceneDescription&)>& material,
+                       const std::function<void(SceneDescription&)>& more = {}) {
+    SceneDescription d = grey_room(9);
+    const int skin = material(d);
+    add_object(d, cube(), skin, moved(Vec3(0.0f, 0.0f, -1.9f), 1.0f));
+    add_object(d, cube(), skin, moved(Vec3(-1.8f, 0.0f, 0.0f), 1.0f));
+    add_object(d, sphere(), skin, moved(Vec3(0.2f, 0.3f, -0.5f), 0.4f));
+    d.lights.push_back(area_lamp(Vec3(0.1f, 0.1f, 0.95f), Vec3(0, 0, -1), 0.5f, 8.0f));
+    if (more) more(d);
+    scenes.push_back({name, std::move(d)});
+  };
+  add("skin_all_around", [](SceneDescription& d) { return add_skin(d, false); });
+  add("skin_after_diffuse", [](SceneDescription& d) { return add_skin(d, true); });
+  add("principled_skin", [](SceneDescription& d) { return add_principled_skin(d, false); });
+  add("principled_skin_after_diffuse", [](SceneDescription& d) { return add_principled_skin(d, true); });
+  add(
+      "skin_with_limits", [](SceneDescription& d) { return add_principled_skin(d, false); },
+      [](SceneDescription& d) { d.settings.bounces = {4, 1, 1, 2, 8, 0}; });
+  add(
+      "skin_beside_glass_and_mirror", [](SceneDescription& d) { return add_principled_skin(d, false); },
+      [](SceneDescription& d) {
+        add_object(d, sphere(), add_glass(d, 0.0f), moved(Vec3(-0.3f, -0.1f, -0.5f), 0.25f));
+        add_object(d, sphere(), add_glossy(d, 0.0f), moved(Vec3(0.6f, -0.1f, -0.6f), 0.25f));
+      });
+  return scenes;
 }
 
 }  // namespace ajar::fixtures

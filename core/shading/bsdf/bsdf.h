@@ -157,7 +157,8 @@ struct SubsurfaceMedium {
   float anisotropy = 0.0f;  ///< mean cosine of scattering
   bool fresnel = false;  ///< light is dimmed at grazing angles where it enters and leaves (Principled of Blender 3.x)
   bool profile = false;  ///< light leaves by a profile (subsurface_profile.h), `radius` is its width
-  bool van_de_hulst = false;  ///< how the single scattering albedo follows from `albedo` (walk_medium)
+  bool van_de_hulst = false;   ///< how the single scattering albedo follows from `albedo` (walk_medium)
+  bool after_diffuse = false;  ///< light enters after a diffuse bounce as well (Blender 5.0 and later)
   SubsurfaceEntry entry = SubsurfaceEntry::Diffuse;
   float eta = 1.4f, alpha = 0.0f;  ///< of the boundary that refracts: index of refraction, roughness of GGX
 };

@@ -37,6 +37,9 @@ struct ShadingPoint {
   Vec3 ns{0, 0, 1};           ///< smooth normal, turned together with ng; not yet made safe
   bool backfacing = false;    ///< whether ng was turned
   bool undisplaced = false;   ///< on the surface before its displacement (BuiltMesh::undisplaced)
+  /// Lobes of subsurface scattering are marked whatever `diffuse_depth` is: the owner of the point knows which ones light
+  /// enters (transport/paths/eye_history.h).
+  bool marks_subsurface = false;
   /// weights of the second and third vertex of the triangle; for strands, positions along and across the segment
   Vec2 barycentric{0.0f};
   uint32_t primitive = 0;           ///< triangle of the mesh, or segment of its strands

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "film/filter.h"
+#include "transport/media/subsurface_walk.h"
+#include "transport/paths/eye_history.h"
 #include "transport/paths/eye_walk.h"
 #include "transport/paths/light_walk_guide.h"
 
@@ -14,7 +16,7 @@ namespace {
 /// Dimensions of the sampler for each walk. They are fixed, so that both walks and the connections stay aligned from
 /// path to path.
 constexpr uint32_t kEyeDimensions = 4, kLightDimensions = 1024, kPerVertex = 16;
-constexpr uint32_t kThrough = 4096, kLobe = 4, kRoulette = 7;
+constexpr uint32_t kThrough = 4096, kLobe = 4, kRoulette = 7, kBelow = 8;
 constexpr int kRouletteAfter = 3;
 
 /// A sample for a direction that was drawn by a hint and not by a lobe.
@@ -31,7 +33,12 @@ BidirectionalWalks::BidirectionalWalks(const Scene& scene, double light_walks)
     : scene_(scene),
       light_walks_(joins_lens(scene) ? light_walks : 0.0),
       margin_(0.5f * PixelFilter::full_width(scene.settings().filter, scene.settings().filter_width)),
-      max_vertices_(max_path_vertices(scene.settings().bounces)) {
+      max_vertices_(max_path_vertices(scene.settings().bounces)),
+      has_subsurface_(scene.has_subsurface()) {
+  if (has_subsurface_) {
+    staying_.resize(size_t(max_vertices_));
+    for (const ShaderProgram& program : scene.programs()) enters_after_diffuse_ |= program.enters_after_diffuse();
+  }
   eye_.resize(size_t(max_vertices_));
   light_.resize(size_t(max_vertices_));
   sampled_lights_.resize(size_t(max_vertices_) + 1);
@@ -42,13 +49,14 @@ const std::vector<FoundPath>& BidirectionalWalks::sample(Vec2 film, Sampler& sam
   found_.clear();
   connections_.clear();
   walk_from_eye(film, sampler, aux);
+  if (below == BelowSurfaces::With && eye_[size_t(eye_count_ - 1)].exit < 0) return found_;
   walk_from_light(sampler);
   for (int i = 0; i < hit_count_; ++i) find_by_hit(i);
   for (int t = 2; t <= eye_count_; ++t)
     if (t + 1 <= max_vertices_) find_by_light_sample(t, sampler);
   for (int t = 2; t <= eye_count_; ++t)
     for (int s = 2; s <= light_count_ && s + t <= max_vertices_; ++s) find_by_connection(s, t);
-  if (light_count_ >= 2 && light_walks_ > 0.0) {
+  if (light_count_ >= 2 && light_walks_ > 0.0 && below != BelowSurfaces::With) {
     sampler.set_dimension(kConnectionDimensions);
     make_lens_vertex(scene_, scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f), time_, lens_);
     for (int s = 2; s <= light_count_ && s + 1 <= max_vertices_; ++s) find_by_lens(s);
@@ -59,15 +67,16 @@ const std::vector<FoundPath>& BidirectionalWalks::sample(Vec2 film, Sampler& sam
 void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* aux) {
   const bool lamp_shapes = scene_.has_lamp_shapes(), transparent_film = scene_.settings().transparent_film;
   float pdf_direction;
-  const Vec2 u_lens = scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
+  const Vec2 u_lens = lens_point ? *lens_point : scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
   time_ = pass_time ? *pass_time : sample_time(scene_, sampler);
   Ray ray = start_at_lens(scene_, film, u_lens, time_, eye_[0].vertex, pdf_direction);
   eye_[0].beta = Color(1.0f);
+  eye_[0].exit = -1;
   eye_count_ = 1;
   hit_count_ = 0;
   merged_ = glow_ = Color(0.0f);
-  bool past_limit = false;
-  bool only_specular = true;
+  bool past_limit = false, only_specular = true;
+  enters_first_ = false;
   alpha_ = pdf_direction > 0.0f ? 0.0f : 1.0f;
   if (!(pdf_direction > 0.0f)) return;
   ShadingPoint start;
@@ -100,26 +109,27 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     if (!find_vertex(PathScene{scene_, media}, ray, sampler, next.vertex, through, rays_, watch)) break;
     past_limit |= media && past_limits(start, scene_.settings().bounces);
     const PathVertex& vertex = next.vertex;
-    next.edge = join(vertex, previous.vertex);
-    set_edge(next.edge, through, previous.vertex, vertex, true);
-    next.beta = beta * through.transmittance / (through.pass * next.edge.stop_light_end);
-    next.fwd = pdf_direction * next.edge.to_light_area() * through.pass * next.edge.stop_light_end;
+    arrive_at(next, previous.vertex, through, beta, pdf_direction);
     if (vertex.kind == VertexKind::Surface) record_vertex(scene_, vertex.point, vertex.shading.bsdf, aux);
     if (i == 1) alpha_ = 1.0f - vertex.shading.holdout;
     if (vertex.emits()) meet_emitter(i, next, pdf_direction);
     if (!vertex.scatters() || i + 1 >= max_vertices_) break;
+    if (knows_walks_below() && !scatters_at(i, base, sampler)) [[unlikely]]
+      break;
     eye_count_ = i + 1;
+    only_specular &= !vertex.has_subsurface();
     if (merging && only_specular && i >= 2 && vertex.stores_photons())
       merged_ += next.beta * merging->radiance(vertex, i);
 
     sampler.set_dimension(base + kLobe);
-    const auto sample = sample_bounce(vertex, TransportMode::Radiance, sampler);
+    const auto sample = sample_bounce(scattering_end(i + 1), TransportMode::Radiance, sampler);
     if (!sample) break;
     next.vertex.specular = sample->specular;
     only_specular &= sample->specular;
     next.scattering = scatter(vertex, vertex.point.wo, sample->wi, sample->specular, guide);
     if (!(next.scattering.pdf_to_light > 0.0f)) break;
-    beta = next.beta * next.scattering.f / next.scattering.pdf_to_light;
+    beta = next.beta *
+           (next.stays ? sample->f_cos / sample->pdf_solid_angle : next.scattering.f / next.scattering.pdf_to_light);
     if (!(max_component(beta) > 0.0f)) break;
     if (i >= 2)
       eye_[size_t(i - 1)].rev = next.scattering.pdf_walk_to_eye * next.edge.to_eye_area() * next.edge.pass *
@@ -129,9 +139,64 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
       break;
     start = ShadingPoint();
     count_bounce_at(vertex, *sample, start);
+    if (below == BelowSurfaces::With && next.exit < 0 && start.diffuse_depth > 0 && !enters_after_diffuse_) break;
     ray = scene_.spawn_ray(vertex.point, sample->wi);
     pdf_direction = next.scattering.pdf_to_light;
   }
+}
+
+/// The walk from the eye has found the vertex of `next` behind `through`.
+void BidirectionalWalks::arrive_at(WalkVertex& next, const PathVertex& previous, const Through& through, Color beta,
+                                   float pdf_direction) {
+  next.edge = join(next.vertex, previous);
+  set_edge(next.edge, through, previous, next.vertex, true);
+  next.beta = beta * through.transmittance / (through.pass * next.edge.stop_light_end);
+  next.fwd = pdf_direction * next.edge.to_light_area() * through.pass * next.edge.stop_light_end;
+}
+
+/// In scenes with subsurface scattering: whether vertex i of the walk from the eye scatters within the limits. If light
+/// enters, the vertex becomes the exit, or the walk stays with the other lobes.
+bool BidirectionalWalks::scatters_at(int i, uint32_t base, Sampler& sampler) {
+  WalkVertex& at = eye_[size_t(i)];
+  const WalkVertex& before = eye_[size_t(i - 1)];
+  const BounceLimits& limits = scene_.settings().bounces;
+  at.exit = before.exit;
+  at.stays = false;
+  at.collisions = i > 1 ? before.collisions + (before.vertex.kind == VertexKind::Medium) : 0;
+  if (past_limits(at.vertex.point, limits) || at.collisions > limits.volume) return false;
+  if (!enters(at.vertex, at.vertex.point.diffuse_depth)) return true;
+  enters_first_ |= i == 1;
+  return enters_surface(i, base, sampler);
+}
+
+/// Light can enter at vertex i. False if the walk is lost.
+bool BidirectionalWalks::enters_surface(int i, uint32_t base, Sampler& sampler) {
+  WalkVertex& at = eye_[size_t(i)];
+  PathVertex& vertex = at.vertex;
+  const float selection = vertex.shading.bsdf.subsurface_part().selection;
+  sampler.set_dimension(base + kBelow);
+  const float u = sampler.get_1d(), u_stream = sampler.get_1d();
+  at.stays = below == BelowSurfaces::Without || u >= selection;
+  if (at.stays) {
+    if (below != BelowSurfaces::Without) at.beta /= 1.0f - selection;
+    staying_[size_t(i)] = vertex;
+    staying_[size_t(i)].shading.bsdf.remove_subsurface(vertex.point.wo);
+    return staying_[size_t(i)].scatters();
+  }
+  const uint32_t instance = uint32_t(vertex.point.instance - scene_.instances().data());
+  const SubsurfaceNumbers numbers{u, hash_combine(uint32_t(u_stream * 0x1p32f), base)};
+  if (!walk_below_or_stay(scene_, instance, numbers, vertex.point, vertex.shading, at.beta, rays_)) return false;
+  vertex.exit = true;
+  vertex.light = -1;
+  vertex.pass = 0.0f;
+  vertex.shading.emission = Color(0.0f);
+  at.exit = i;
+  return true;
+}
+
+/// Whether a path with this many vertices from the eye does not belong to the paths that are looked for.
+bool BidirectionalWalks::leaves_class(int t) const {
+  return below == BelowSurfaces::With && eye_[size_t(t - 1)].exit < 0;
 }
 
 Color BidirectionalWalks::sample_glow(Vec2 film, Sampler& sampler) {
@@ -225,6 +290,7 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     const PathVertex& vertex = next.vertex;
     next.edge = join(previous.vertex, vertex);
     set_edge(next.edge, through, previous.vertex, vertex, false);
+    if (for_photons_ && vertex.has_subsurface()) break;
     if (i == 1) {
       light_end_ = light_end(scene_, previous.vertex, vertex, next.edge, guide);
       if (!(light_end_.pdf_origin * light_end_.pdf_direction > 0.0f)) break;

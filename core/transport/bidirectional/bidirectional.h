@@ -7,6 +7,12 @@
 //   s = count - 1  the light walk is connected to the lens; its paths can reach any point of the film
 // No strategy hits the lens. Russian roulette is part of the throughputs but not of the densities in the weights, so
 // that the weights still sum to one.
+//
+// Walks below surfaces: a walk from the eye that enters a surface with subsurface scattering continues at the point where
+// the light leaves (media/subsurface_walk.h). No other walk can find this pair of points, so the strategies of such a path
+// are those that connect it at the exit or later. The density of the part before is common to all of them and cancels in
+// the weights. The walk from the eye samples the lobes that the path tracer would sample; the weights use the densities
+// of all lobes, which depend only on the vertices. Other paths have the factor of eye_history.h.
 #pragma once
 
 #include <optional>
@@ -23,6 +29,14 @@ struct FoundPath {
   Color contribution{0.0f};  ///< weight times f / p: an estimate of radiance times pixels^2 at `film`
   Vec2 film{0.0f};
   int hit = -1;  ///< for s = 0: index of the light that was hit
+};
+
+/// Which paths are found in scenes with subsurface scattering.
+enum class BelowSurfaces : uint8_t {
+  Both,     ///< paths with walks below surfaces and paths without
+  Without,  ///< those of a PathSpace
+  With,     ///< the others
+  Diffuse   ///< no light enters: the lobes are diffuse reflection, for photons
 };
 
 class BidirectionalWalks {
@@ -44,6 +58,8 @@ class BidirectionalWalks {
   /// Light that media emit, along the walk from the eye of the last sample. It is in no path found.
   Color glow() const { return glow_; }
   uint64_t rays() const { return rays_; }
+  /// Paths that were left out because their contribution was not finite.
+  uint64_t refused() const { return refused_; }
 
   /// Copies the vertices of a path of the last sample to `out`, light first, with flags as in the path, and returns
   /// their number. `edges` receives the transmittance of the edges and the probability of passing.
@@ -77,6 +93,12 @@ class BidirectionalWalks {
   /// Light sampling also finds light beyond the terminator (shadow_terminator.h). Such paths are not paths of a
   /// PathSpace.
   bool finds_beyond_terminator = false;
+  BelowSurfaces below = BelowSurfaces::Both;
+  /// The point on the lens, if it is given.
+  std::optional<Vec2> lens_point;
+  /// Whether the first surface that the last walk from the eye met can be entered.
+  bool enters_first() const { return enters_first_; }
+
   /// For tests: return only the strategy with this many light vertices (-1: all). Its weight is the one among all
   /// strategies.
   int only_strategy = -1;
@@ -91,6 +113,9 @@ class BidirectionalWalks {
     Color beta{0.0f};       ///< f / p up to this vertex, without its own scattering
     float fwd = 0.0f;       ///< density with which this walk finds the vertex
     float rev = 0.0f;       ///< density with which the opposite walk finds it, given the next two vertices of this walk
+    int exit = -1;          ///< of the eye: number of the last vertex up to here where light leaves a surface; -1: none
+    int collisions = 0;     ///< of the eye: vertices before it in media
+    bool stays = false;     ///< of the eye: light enters some lobes here; the walk continues by the others, `staying_`
   };
   struct LightHit {
     int t = 0;  ///< eye vertices before it
@@ -101,7 +126,13 @@ class BidirectionalWalks {
   };
   struct Densities;
 
+  bool knows_walks_below() const { return has_subsurface_ && below != BelowSurfaces::Diffuse; }
   void walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* aux);
+  static void arrive_at(WalkVertex& next, const PathVertex& previous, const Through& through, Color beta,
+                        float pdf_direction);
+  bool scatters_at(int i, uint32_t base, Sampler& sampler);
+  bool enters_surface(int i, uint32_t base, Sampler& sampler);
+  bool leaves_class(int t) const;
   void walk_from_light(Sampler& sampler);
   std::optional<BsdfSample> sample_bounce(const PathVertex& vertex, TransportMode mode, Sampler& sampler) const;
   void meet_lamp(int t, const LightMet& met, Vec3 direction, const Through& before, Color beta, float pdf_direction);
@@ -112,18 +143,30 @@ class BidirectionalWalks {
   void find_by_light_sample(int t, Sampler& sampler);
   void find_by_connection(int s, int t);
   void find_by_lens(int s);
-  void found(int s, int t, Color contribution, Vec2 film, int hit);
+  /// `edge` connects the two walks.
+  void found(const FoundPath& path, const PathEdge& edge);
   /// Whether the path of the first t eye vertices and a light is unconnectable and left to photons. `joined`: the light
   /// was sampled at the last of them.
   bool leaves_out(int t, bool joined) const;
   /// Factor of the limits for kinds of bounces. `edge` connects the two walks.
   float limits_factor(int s, int t, const PathEdge& edge) const;
+  /// `weight` times the factor of what the path has been through.
+  Color with_history(float weight, int s, int t, const PathEdge& edge) const;
+  Color history_factor(int s, int t, const PathEdge& edge) const;
+  /// The vertex at the end of the walk from the eye, with the lobes by which it scatters light to the eye.
+  const PathVertex& scattering_end(int t) const {
+    return eye_[size_t(t - 1)].stays ? staying_[size_t(t - 1)] : eye_[size_t(t - 1)].vertex;
+  }
+  /// Maximum number of vertices from the light of a path with this many vertices from the eye.
+  int last_strategy(int count, int t) const { return count - 1 - std::max(eye_[size_t(t - 1)].exit, 0); }
 
   const Scene& scene_;
   double light_walks_;
   float margin_;  ///< around the film: half the width of the pixel filter
   int max_vertices_;
+  bool has_subsurface_, enters_after_diffuse_ = false;  ///< of the scene
   std::vector<WalkVertex> eye_, light_;
+  std::vector<PathVertex> staying_;  ///< of the eye; index: that of the vertex
   int eye_count_ = 0, light_count_ = 0;
   LightEnd light_end_;
   std::vector<LightHit> hits_;
@@ -137,8 +180,9 @@ class BidirectionalWalks {
   float time_ = 0.0f;
   float alpha_ = 0.0f;
   Color merged_{0.0f}, glow_{0.0f};
+  bool enters_first_ = false;
   bool for_photons_ = false;  ///< the light walk ends where a photon's path would end
-  uint64_t rays_ = 0;
+  uint64_t rays_ = 0, refused_ = 0;
 };
 
 }  // namespace ajar

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "transport/bidirectional/bidirectional.h"
+#include "transport/paths/eye_history.h"
 #include "transport/paths/light_walk_guide.h"
 
 namespace ajar {
@@ -18,7 +19,7 @@ constexpr float kNever = 1e-30f;
 /// Densities of the vertices of a complete path from both sides, in path order. Weights follow the power heuristic with
 /// exponent 2 over all strategies [Veach, section 10.2].
 struct BidirectionalWalks::Densities {
-  int count;
+  int count, last;  ///< last: the strategy with most vertices from the light
   double from_light[kMaxPathVertices], from_eye[kMaxPathVertices];
   bool joinable[kMaxPathVertices];  ///< not specular in this path
   double sampled = 0.0;             ///< density of vertex 0 by light sampling
@@ -36,7 +37,7 @@ struct BidirectionalWalks::Densities {
     const double own = factor(s);
     if (!(own > 0.0)) return 0.0;
     double sum = 1.0, ratio = 1.0;
-    for (int k = s + 1; k < count; ++k) {
+    for (int k = s + 1; k <= last; ++k) {
       ratio *= from_light[k - 1] / from_eye[k - 1];
       const double relative = ratio * factor(k) / own;
       sum += relative * relative;
@@ -70,13 +71,50 @@ float BidirectionalWalks::limits_factor(int s, int t, const PathEdge& edge) cons
   return bounces.factor();
 }
 
-void BidirectionalWalks::found(int s, int t, Color contribution, Vec2 film, int hit) {
-  if (is_black(contribution)) return;
-  found_.push_back({s, t, contribution, film, hit});
+/// As history_of in path.cpp. The walk from the eye has chosen one history up to its end.
+Color BidirectionalWalks::history_factor(int s, int t, const PathEdge& edge) const {
+  const BounceLimits& limits = scene_.settings().bounces;
+  const bool limited = BounceCount::matters(limits, s + t + (s == 0) - 3, media != nullptr);
+  const auto enterable = [](const WalkVertex& v) { return can_enter(v.vertex); };
+  if (!limited && (s < 2 || std::none_of(light_.begin() + 1, light_.begin() + s, enterable))) return Color(1.0f);
+  EyeHistory history(limited ? &limits : nullptr);
+  if (t >= 2) {
+    const PathVertex& end = scattering_end(t);
+    history.start(end.point, eye_[size_t(t - 1)].collisions);
+    if (s >= 2) history.add(end, end.point.wo, -edge.to_eye, false);
+  }
+  for (int j = s - 1; j >= 1; --j) {
+    const PathVertex& v = light_[size_t(j)].vertex;
+    const bool joint = j == s - 1;
+    const Vec3 to_eye = joint ? edge.to_eye : light_[size_t(j) + 1].edge.to_eye;
+    if (j > 1)
+      history.add(v, to_eye, v.point.wo, v.specular && !joint);
+    else
+      history.end(scene_, light_[0].vertex, v, to_eye, v.point.wo, v.specular && !joint);
+  }
+  return history.factor();
+}
+
+Color BidirectionalWalks::with_history(float weight, int s, int t, const PathEdge& edge) const {
+  if (knows_walks_below()) [[unlikely]]
+    return weight * history_factor(s, t, edge);
+  return Color(weight * limits_factor(s, t, edge));
+}
+
+void BidirectionalWalks::found(const FoundPath& path, const PathEdge& edge) {
+  if (is_black(path.contribution)) return;
+  if (!is_finite(path.contribution)) [[unlikely]] {
+    ++refused_;
+    return;
+  }
+  connections_.push_back(edge);
+  found_.push_back(path);
 }
 
 bool BidirectionalWalks::leaves_out(int t, bool joined) const {
   if (!leaves_unconnectable) return false;
+  for (int k = 1; k < t; ++k)
+    if (eye_[size_t(k)].vertex.has_subsurface()) return false;
   const auto specular = [&](int k) { return eye_[size_t(k)].vertex.specular && !(joined && k == t - 1); };
   if (!is_unconnectable(t + 1, [&](int i) { return specular(t - i); })) return false;
   for (int k = 1; k < t; ++k)
@@ -90,10 +128,12 @@ void BidirectionalWalks::find_by_hit(int index) {
   const LightHit& hit = hits_[size_t(index)];
   if (only_strategy > 0) return;
   const int t = hit.t;
+  if (leaves_class(t)) return;
   if (leaves_out(t, false) && sends_photons(scene_, hit.light)) return;
   const WalkVertex& end = eye_[size_t(t - 1)];
   Densities d;
   d.count = t + 1;
+  d.last = last_strategy(d.count, t);
   double weight = 1.0;
   if (t >= 2) {
     const LightEnd light = light_end(scene_, hit.light, end.vertex, hit.edge, guide);
@@ -113,17 +153,14 @@ void BidirectionalWalks::find_by_hit(int index) {
     // lights fully.
     if (!(d.from_eye[0] > 0.0) || !is_linked(scene_, hit.light, end.vertex)) weight = 0.0;
   }
-  connections_.push_back(hit.edge);
-  const size_t before = found_.size();
-  found(0, t, hit.contribution * (float(weight) * limits_factor(0, t, hit.edge)), film_, index);
-  if (found_.size() == before) connections_.pop_back();
+  found({0, t, hit.contribution * with_history(float(weight), 0, t, hit.edge), film_, index}, hit.edge);
 }
 
 void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   const WalkVertex& end = eye_[size_t(t - 1)];
   const PathVertex& b = end.vertex;
   if (!b.connectable()) return;
-  if (only_strategy >= 0 && only_strategy != 1) return;
+  if ((only_strategy >= 0 && only_strategy != 1) || leaves_class(t)) return;
   sampler.set_dimension(kConnectionDimensions + 4 * uint32_t(t));
   const Vec2 u = sampler.get_2d();
   PathVertex& light = sampled_lights_[size_t(t)];
@@ -133,20 +170,23 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   const LightEnd light_side = light_end(scene_, light, b, edge, guide);
   if (!(light_side.pdf_sampled > 0.0f)) return;
   Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
-  at_b.f = visible_part(scene_, light, b, b.point.wo, -edge.to_eye, false, at_b.f);
+  const PathVertex& scattering = scattering_end(t);
+  if (end.stays) at_b.f = scattering.shading.bsdf.evaluate(b.point.wo, -edge.to_eye).f_cos;
+  at_b.f = visible_part(scene_, light, scattering, b.point.wo, -edge.to_eye, false, at_b.f);
   Color contribution = end.beta * at_b.f * light_side.radiance * (edge.to_light_area() / light_side.pdf_sampled);
   if (is_black(contribution) || !look_along({scene_, media}, light, b, edge, rays_)) {
     if (!finds_beyond_terminator) return;
-    contribution = end.beta * light_beyond_terminator({scene_, media}, light, b, edge, light_side, at_b.f, rays_) /
+    contribution = end.beta *
+                   light_beyond_terminator({scene_, media}, light, scattering, edge, light_side, at_b.f, rays_) /
                    light_side.pdf_sampled;
     if (is_black(contribution)) return;
-    connections_.push_back(edge);
-    found(1, t, contribution * limits_factor(1, t, edge), film_, -1);
+    found({1, t, contribution * with_history(1.0f, 1, t, edge), film_}, edge);
     return;
   }
 
   Densities d;
   d.count = t + 1;
+  d.last = last_strategy(d.count, t);
   d.sampled = light_side.pdf_sampled;
   d.from_light[0] = std::max(light_side.pdf_origin, kNever);
   d.from_light[1] = double(light_side.pdf_direction) * edge.to_eye_area() * edge.pass * edge.stop_eye_end;
@@ -164,20 +204,19 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
     if (j > 2) d.from_light[j] = k == 0 ? 0.0 : double(eye_[size_t(k)].rev);
     d.joinable[j] = k == 0 || j == 1 || !eye_[size_t(k)].vertex.specular;
   }
-  contribution *= edge.transmittance * (float(d.weight(1, light_walks_)) * limits_factor(1, t, edge));
-  if (is_black(contribution)) return;
-  connections_.push_back(edge);
-  found(1, t, contribution, film_, -1);
+  contribution *= edge.transmittance * with_history(float(d.weight(1, light_walks_)), 1, t, edge);
+  found({1, t, contribution, film_}, edge);
 }
 
 void BidirectionalWalks::find_by_connection(int s, int t) {
   const WalkVertex &from = light_[size_t(s - 1)], &to = eye_[size_t(t - 1)];
   const PathVertex &a = from.vertex, &b = to.vertex;
   if (!a.connectable() || !b.connectable()) return;
-  if (only_strategy >= 0 && only_strategy != s) return;
+  if ((only_strategy >= 0 && only_strategy != s) || leaves_class(t)) return;
   PathEdge edge = join(a, b);
   if (!(edge.inverse_square > 0.0f)) return;
-  const Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
+  Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
+  if (to.stays) at_b.f = staying_[size_t(t - 1)].shading.bsdf.evaluate(b.point.wo, -edge.to_eye).f_cos;
   if (is_black(at_b.f)) return;
   Scattering at_a = scatter(a, edge.to_eye, a.point.wo, false, guide);
   if (s == 2) at_a.f = visible_part(scene_, light_[0].vertex, a, edge.to_eye, a.point.wo, false, at_a.f);
@@ -186,6 +225,7 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
 
   Densities d;
   d.count = s + t;
+  d.last = last_strategy(d.count, t);
   d.sampled = light_end_.pdf_sampled;
   for (int j = 0; j < s; ++j) {
     d.from_light[j] = light_[size_t(j)].fwd;
@@ -207,10 +247,8 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
   d.from_light[s + 1] = t == 2 ? 0.0
                                : double(at_b.pdf_walk_to_eye) * to.edge.to_eye_area() * to.edge.pass *
                                      to.edge.stop_eye_end;
-  contribution *= edge.transmittance * (float(d.weight(s, light_walks_)) * limits_factor(s, t, edge));
-  if (is_black(contribution)) return;
-  connections_.push_back(edge);
-  found(s, t, contribution, film_, -1);
+  contribution *= edge.transmittance * with_history(float(d.weight(s, light_walks_)), s, t, edge);
+  found({s, t, contribution, film_}, edge);
 }
 
 void BidirectionalWalks::find_by_lens(int s) {
@@ -233,6 +271,7 @@ void BidirectionalWalks::find_by_lens(int s) {
 
   Densities d;
   d.count = s + 1;
+  d.last = s;
   d.sampled = light_end_.pdf_sampled;
   for (int j = 0; j < s; ++j) {
     d.from_light[j] = light_[size_t(j)].fwd;
@@ -247,10 +286,8 @@ void BidirectionalWalks::find_by_lens(int s) {
   d.from_eye[s] = 1.0;
   d.from_light[s] = 0.0;
   d.joinable[s] = true;
-  contribution *= edge.transmittance * (float(d.weight(s, light_walks_)) * limits_factor(s, 1, edge));
-  if (is_black(contribution)) return;
-  connections_.push_back(edge);
-  found(s, 1, contribution, *film, -1);
+  contribution *= edge.transmittance * with_history(float(d.weight(s, light_walks_)), s, 1, edge);
+  found({s, 1, contribution, *film}, edge);
 }
 
 }  // namespace ajar

@@ -10,6 +10,7 @@
 
 #include "transport/bidirectional/bidirectional.h"
 #include "transport/bidirectional/direct_paths.h"
+#include "transport/paths/shadow_terminator.h"
 
 namespace ajar {
 
@@ -23,7 +24,9 @@ void DirectPass::prepare(const Scene& scene, const PathMedia* media, bool merges
   seed_ = seed;
   wanted_ = done_ = 0;
   rays_ = further_rays_ = 0;
+  leaves_out_light_ = has_soft_terminator(scene);
   merging_.prepare(scene, media, merges, seed);
+  below_.prepare(scene, seed);
 }
 
 void DirectPass::add(Film& film, const PathSpace& space, int steps, const std::atomic<bool>& stop) {
@@ -38,6 +41,7 @@ void DirectPass::add(Film& film, const PathSpace& space, int steps, const std::a
     done_ = next;
     if (stop.load(std::memory_order_relaxed)) break;
     further_.learn(done_, rays_, further_rays_);
+    if (below_.active()) below_.learn(done_, double(film.width()) * double(film.height()), rays_ + further_rays_);
   }
   done_ = end;
 }
@@ -56,6 +60,7 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
     walk.media = space.media;
     return walk;
   });
+  tbb::enumerable_thread_specific<LightBelow::Walker> below([&] { return LightBelow::Walker(below_, space); });
   tbb::parallel_for(
       tbb::blocked_range2d<int>(0, (film.height() + kTile - 1) / kTile, 1, 0, (film.width() + kTile - 1) / kTile, 1),
       [&](const tbb::blocked_range2d<int>& tiles) {
@@ -66,7 +71,8 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
             if (stop.load(std::memory_order_relaxed)) return;
             const int px = film.x0() + x, py = film.y0() + y;
             for (uint32_t s = first; s < end; ++s) {
-              sampler.start(uint32_t(py) * uint32_t(space.scene.settings().width) + uint32_t(px), s);
+              const uint32_t pixel = uint32_t(py) * uint32_t(space.scene.settings().width) + uint32_t(px);
+              sampler.start(pixel, s);
               SampleAux aux;
               const Vec2 at = Vec2(float(px) + 0.5f, float(py) + 0.5f) + space.filter.sample(sampler.get_2d());
               DirectSample sample = trace_direct_paths(space.scene, space.media, at, sampler,
@@ -87,12 +93,16 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
                 sample.radiance += walk.sample_glow(at, sampler);
                 rays.own += walk.rays() - before;
               }
+              if (below_.active())
+                sample.radiance += below.local().sample(at, merging ? std::optional(merging->time()) : std::nullopt,
+                                                        sampler, pixel, s);
               film.add_sample(px, py, sample.radiance + sample.merged, sample.alpha, &aux);
             }
           }
         }
       },
       tbb::simple_partitioner());
+  for (const LightBelow::Walker& walker : below) below_.count(walker);
   counted.combine_each([&](const Rays& rays) { rays_ += rays.own, further_rays_ += rays.further; });
 }
 

@@ -2,6 +2,7 @@
 
 #include "transport/direct/direct_light.h"
 #include "transport/direct/lobe_split.h"
+#include "transport/paths/eye_history.h"
 #include "transport/paths/specular_branches.h"
 
 namespace ajar {
@@ -18,6 +19,7 @@ struct Walk {
   int i;
   MediaStack stack;                     ///< of the ray
   uint32_t receiver_set = kEveryLight;  ///< of the vertex that the ray leaves
+  bool has_subsurface = false;          ///< a vertex before has lobes of subsurface scattering
 };
 
 /// The state of one sample.
@@ -57,7 +59,7 @@ class DirectTracer {
 
  private:
   void follow(Walk& walk, SpecularBranches<Walk>& branches) {
-    auto& [ray, start, beta, i, stack, receiver] = walk;
+    auto& [ray, start, beta, i, stack, receiver, has_subsurface] = walk;
     receiver_set_ = receiver;
     const bool transparent_film = scene_.settings().transparent_film;
     vertex_.point = start;
@@ -94,19 +96,29 @@ class DirectTracer {
       if (vertex_.emits()) meet_emitter(beta);
       const bool exceeded = vertex_.point.glossy_depth > limits_.glossy ||
                             vertex_.point.transmission_depth > limits_.transmission;
-      const Bsdf& bsdf = vertex_.shading.bsdf;
+      Bsdf& bsdf = vertex_.shading.bsdf;
+      has_subsurface |= vertex_.has_subsurface();
+      // The light that goes below the surface is found elsewhere.
+      if (!last && enters(vertex_, 0)) [[unlikely]]
+        bsdf.remove_subsurface(vertex_.point.wo);
       if (last || exceeded || !vertex_.scatters() || i + 2 > max_vertices_) break;
       found_.polished = found_.polished || has_sharp_lobe(bsdf);
 
       if (vertex_.connectable()) {
-        if (merging_ && i >= 2 && vertex_.stores_photons()) found_.merged += beta * merging_->radiance(vertex_, i);
+        if (merging_ && i >= 2 && vertex_.stores_photons() && !has_subsurface)
+          found_.merged += beta * merging_->radiance(vertex_, i);
         sampler_.set_dimension(base + kLight);
         look_for_light(beta);
       }
       if (vertex_.kind == VertexKind::Surface)
         branches.split(bsdf, vertex_.point.wo, beta, [&](const BsdfSample& event) {
-          Walk next{
-              scene_.spawn_ray(vertex_.point, event.wi), {}, beta * event.f_cos, i + 1, {}, receiver_set(vertex_)};
+          Walk next{scene_.spawn_ray(vertex_.point, event.wi),
+                    {},
+                    beta * event.f_cos,
+                    i + 1,
+                    {},
+                    receiver_set(vertex_),
+                    has_subsurface};
           count_bounce(event, vertex_.point, next.start);
           if (media_) next.stack = stack_towards(scene_, *media_, vertex_, event.wi);
           return next;

@@ -34,6 +34,7 @@ class PathSeeds {
   const Scene& scene() const { return space_.scene; }
   uint64_t rays() const { return walks_.rays(); }
   uint64_t failed() const { return failed_; }
+  uint64_t refused() const { return walks_.refused(); }
 
  private:
   struct Found {

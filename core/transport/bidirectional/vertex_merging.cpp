@@ -30,6 +30,7 @@ struct VertexMerging::Workers {
           BidirectionalWalks walks(*owner.scene_, 1.0);
           walks.guide = owner.guide_;
           walks.media = owner.media_;
+          walks.below = BelowSurfaces::Without;
           return walks;
         }) {}
   tbb::enumerable_thread_specific<BidirectionalWalks> walks;
@@ -61,6 +62,7 @@ void VertexMerging::prepare(const Scene& scene, const PathMedia* media, bool act
   media_ = media;
   seed_ = seed;
   passes_done_ = 0;
+  refused_ = 0;
   workers_.reset();
   guide_ = nullptr;
   map_ = {};
@@ -93,6 +95,7 @@ bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vec
   struct Found {
     std::vector<Photon> photons;
     std::vector<Behind> behind;
+    uint64_t refused = 0;
   };
   std::vector<Found> parts(blocks);
   tbb::parallel_for(0u, blocks, [&](uint32_t block) {
@@ -106,7 +109,11 @@ bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vec
       walks.walk_photon(sampler, [&](int before, const PathVertex& vertex, Color beta, const ShadingPoint& first) {
         const Vec3 to_light = vertex.point.wo, ng = vertex.point.ng;
         const Color power = beta / float(count);
-        if (is_black(power) || !is_finite(power)) return;
+        if (is_black(power)) return;
+        if (!is_finite(power)) {
+          ++part.refused;
+          return;
+        }
         part.photons.push_back({{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)},
                                 power,
                                 pack_direction(to_light)});
@@ -123,6 +130,7 @@ bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vec
   for (const Found& part : parts) {
     photons.insert(photons.end(), part.photons.begin(), part.photons.end());
     behind.insert(behind.end(), part.behind.begin(), part.behind.end());
+    refused_ += part.refused;
   }
   return true;
 }
@@ -135,6 +143,7 @@ float VertexMerging::choose_first_radius() const {
   std::vector<float> reaches;
   BidirectionalWalks walks(*scene_, 1.0);
   walks.media = media_;
+  walks.below = BelowSurfaces::Without;
   walks.pass_time = time_;
   Sampler sampler(Sampler::Kind::Independent, hash_combine(seed_, kProbeStream));
   for (int i = 0; i < kProbes * kProbes; ++i) {

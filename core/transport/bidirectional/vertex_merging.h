@@ -53,6 +53,8 @@ class VertexMerging {
   Color radiance(const PathVertex& vertex, int place) const;
 
   uint64_t rays() const;
+  /// Photons that were left out because their flux was not finite.
+  uint64_t refused() const { return refused_; }
   size_t photons() const { return map_.size(); }
   size_t memory_bytes() const { return map_.memory_bytes() + behind_.capacity() * sizeof(Behind); }
   float radius() const { return radius_; }
@@ -81,6 +83,7 @@ class VertexMerging {
   const LightWalkGuide* guide_ = nullptr;
   uint32_t seed_ = 0, passes_done_ = 0;
   int max_vertices_ = 0;
+  uint64_t refused_ = 0;
   std::unique_ptr<Workers> workers_;
   PhotonMap map_;
   std::vector<Behind> behind_;

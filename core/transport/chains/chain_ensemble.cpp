@@ -44,7 +44,10 @@ std::vector<double> ChainEnsemble::sample_seeds(uint32_t count, const std::atomi
           values[i] = visit_seed(w, first + i, [](const FoundPath&, double) { return true; });
       },
       tbb::simple_partitioner());
-  for (const BidirectionalWalks& w : walks) seed_rays_ += w.rays();
+  for (const BidirectionalWalks& w : walks) {
+    seed_rays_ += w.rays();
+    refused_paths_ += w.refused();
+  }
   if (stop.load(std::memory_order_relaxed)) return {};
   seeds_done_ += count;
   for (double value : values) brightness_.add(value);
@@ -116,6 +119,7 @@ void ChainEnsemble::add_statistics(std::map<std::string, double>& extra) const {
                                            ? std::sqrt(brightness_.variance_of_mean()) / brightness_.mean()
                                            : 0.0;
   extra["failed_starts"] = double(failed_starts_);
+  extra["refused_paths"] = double(refused_paths_);
   for (size_t m = 0; m < mutations_->size(); ++m) {
     Chain::Counts sum;
     for (const Numbered& numbered : chains_) sum.add(numbered.chain.counts()[m]);

@@ -87,7 +87,7 @@ class ChainEnsemble {
   uint32_t seed_ = 0, first_seeds_ = 0, seeds_done_ = 0;
   std::vector<Numbered> chains_;
   RunningMoments brightness_;
-  uint64_t steps_done_ = 0, steps_wanted_ = 0, seed_rays_ = 0, failed_starts_ = 0;
+  uint64_t steps_done_ = 0, steps_wanted_ = 0, seed_rays_ = 0, failed_starts_ = 0, refused_paths_ = 0;
 };
 
 }  // namespace ajar

@@ -243,7 +243,10 @@ void PathPopulation::add_statistics(std::map<std::string, double>& extra) const 
   extra["generations"] += double(generation_) / 2.0;
   for (const std::vector<Member>* members : {&members_, &moved_})
     for (const Member& member : *members) extra["population_bytes"] += double(member.path.bytes());
-  for (const Worker& worker : *workers_) extra["failed_starts"] += double(worker.seeds.failed());
+  for (const Worker& worker : *workers_) {
+    extra["failed_starts"] += double(worker.seeds.failed());
+    extra["refused_paths"] += double(worker.seeds.refused());
+  }
   for (size_t m = 0; m < mutations_.size(); ++m) {
     const std::string name = mutations_[m].mutation->name();
     extra["share_" + name + (number_ == 0 ? "_a" : "_b")] = double(mutations_[m].share);

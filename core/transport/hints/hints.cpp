@@ -137,8 +137,10 @@ class Attacher {
         return fail(where + " there is no surface");
       }
       scene_.shading_point(ray, hit, point);
-      scene_.material(hit).evaluate_surface(point, shading);
-      if (scene_.material(hit).may_be_transparent() && !scene_.material(hit).scatters()) {
+      const ShaderProgram& program = scene_.material(hit);
+      program.evaluate_surface(point, shading);
+      const bool only_encloses = program.has_volume() && !program.has_surface();
+      if (only_encloses || (program.may_be_transparent() && !program.scatters())) {
         if (++crossed > 64) return fail(where + " there are too many transparent surfaces");
         ray = scene_.spawn_ray(point, ray.direction);
         continue;

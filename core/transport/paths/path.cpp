@@ -4,6 +4,7 @@
 
 #include "film/film.h"
 #include "lights/lamp.h"
+#include "transport/paths/eye_history.h"
 
 namespace ajar {
 
@@ -52,7 +53,7 @@ SharedEnds shared_ends(const Path& a, const Path& b) {
 
 bool is_unconnectable(const Path& path) {
   for (int i = 1; i < path.count - 1; ++i)
-    if (path.vertices[size_t(i)].kind == VertexKind::Medium) return false;
+    if (path.vertices[size_t(i)].kind == VertexKind::Medium || path.vertices[size_t(i)].has_subsurface()) return false;
   return is_unconnectable(path.count, [&](int i) { return !path.joinable(i); });
 }
 
@@ -68,6 +69,7 @@ PathSpace::PathSpace(const Scene& s, int x0, int y0, int x1, int y1, bool direct
       max_vertices(max_path_vertices(s.settings().bounces)),
       to_lens(joins_lens(s)),
       without_direct(direct_apart),
+      has_subsurface(s.has_subsurface()),
       x0_(x0),
       y0_(y0),
       x1_(x1),
@@ -89,6 +91,19 @@ PathSpace::Place PathSpace::place(Vec2 film, Vec2 u) const {
 
 float PathSpace::filter_sum(Vec2 film) const {
   return filter.place(film.x, x0_, x1_, 0.5f).weight * filter.place(film.y, y0_, y1_, 0.5f).weight;
+}
+
+Color PathSpace::history_of(const Path& path) const {
+  const BounceLimits& limits = scene.settings().bounces;
+  const bool limited = BounceCount::matters(limits, path.count - 3, media != nullptr);
+  int last = 1;  // the vertex next to the light where the history matters
+  while (!limited && last < path.count - 1 && !can_enter(path.vertices[size_t(last)])) ++last;
+  EyeHistory history(limited ? &limits : nullptr);
+  for (int i = path.count - 2; i >= std::max(2, last); --i)
+    history.add(path.vertices[size_t(i)], path.to_eye(i), path.to_light(i), path.vertices[size_t(i)].specular);
+  if (last == 1 && path.count > 2)
+    history.end(scene, path.vertices[0], path.vertices[1], path.to_eye(1), path.to_light(1), path.vertices[1].specular);
+  return history.factor();
 }
 
 bool PathSpace::complete(Path& path, int first, int last) const {
@@ -123,7 +138,9 @@ bool PathSpace::complete(Path& path, int first, int last) const {
     if (i > 0) f *= glm::dvec3(path.scattering[size_t(i)].f);
   }
   const BounceLimits& limits = scene.settings().bounces;
-  if (BounceCount::matters(limits, n - 3, media != nullptr)) {
+  if (has_subsurface) {
+    f *= glm::dvec3(history_of(path));
+  } else if (BounceCount::matters(limits, n - 3, media != nullptr)) {
     BounceCount bounces(limits);
     for (int i = 2; i <= n - 2; ++i)
       bounces.add(path.vertices[size_t(i)], path.to_eye(i), path.to_light(i), path.vertices[size_t(i)].specular);

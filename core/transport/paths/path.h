@@ -113,7 +113,10 @@ class PathSpace {
   bool to_lens;                      ///< paths from lights can be connected to the camera
   const PathMedia* media = nullptr;  ///< of the scene, if it has any; must outlive the space
   bool without_direct;
-  bool without_unconnectable = false;     ///< paths that merging finds (vertex_merging.h) contribute nothing
+  bool without_unconnectable = false;  ///< paths that merging finds (vertex_merging.h) contribute nothing
+  /// Light goes below surfaces: paths of the space have no such walk (eye_history.h). If it is false, the lobes are
+  /// diffuse reflection.
+  bool has_subsurface;
   const LightWalkGuide* guide = nullptr;  ///< guide of walks from lights; it must outlive the space
   /// The bounds of all film positions that contribute to a pixel.
   Vec2 film_min, film_max;
@@ -143,6 +146,9 @@ class PathSpace {
   bool complete(Path& path, int first, int last) const;
 
  private:
+  /// The factor of what the path has been through, seen from the eye: limits of kinds of bounces, and lobes that stand for walks below surfaces.
+  Color history_of(const Path& path) const;
+
   int x0_, y0_, x1_, y1_;
 };
 

@@ -63,6 +63,7 @@ class BsdfFor {
     bsdf_ = &shading_.bsdf;
   }
   const Bsdf* operator->() const { return bsdf_; }
+  const Bsdf& operator*() const { return *bsdf_; }
 
  private:
   const Bsdf* bsdf_;
@@ -71,6 +72,7 @@ class BsdfFor {
 
 /// Whether the lobes can differ if they are made for `wo`.
 bool depends_on_view(const PathVertex& vertex, Vec3 wo) {
+  if (vertex.exit) return false;
   return vertex.program->depends_on_view() ||
          (vertex.point.ns != vertex.point.ng &&
           (bends_normal(vertex.point, wo) || vertex.shading.bsdf.n != vertex.point.ns));
@@ -86,6 +88,8 @@ float refraction_jacobian(Vec3 to_eye, Vec3 to_light, float eta) {
 }
 
 }  // namespace
+
+Bsdf lobes_towards(const PathVertex& vertex, Vec3 wo) { return *BsdfFor(vertex, wo, depends_on_view(vertex, wo)); }
 
 std::optional<BsdfSample> sample_direction(const PathVertex& vertex, Vec3 wo, float u_lobe, Vec2 u) {
   if (vertex.kind == VertexKind::Medium) {

@@ -69,6 +69,7 @@ struct PathVertex {
   bool specular = false;                   ///< the path scatters by a delta lobe here
   bool distant = false;                    ///< a light at infinity, or the lens of an orthographic camera
   bool delta = false;                      ///< a light that no ray can hit
+  bool exit = false;                       ///< light leaves the surface here after a walk below it
   int light = -1;                          ///< Light: its index. Surface: its index as a light, if it emits
   float pass = 0.0f;                       ///< probability that a walk passes straight through instead of stopping here
   const ShaderProgram* program = nullptr;  ///< of surfaces and emissive triangles
@@ -83,8 +84,10 @@ struct PathVertex {
   bool scatters() const { return kind == VertexKind::Medium || !shading.bsdf.empty(); }
   /// Whether photons are stored and looked up here.
   bool stores_photons() const {
-    return kind == VertexKind::Surface && shading.bsdf.has_non_delta() && !on_strand(point);
+    return kind == VertexKind::Surface && shading.bsdf.has_non_delta() && !on_strand(point) && !has_subsurface();
   }
+  /// Such vertices are never merged with photons.
+  bool has_subsurface() const { return kind == VertexKind::Surface && (exit || shading.bsdf.has_subsurface()); }
   bool emits() const { return !is_black(shading.emission); }
 };
 
@@ -118,6 +121,8 @@ struct Scattering {
 /// The geometry of the edge between two vertices, without visibility.
 PathEdge join(const PathVertex& light_end, const PathVertex& eye_end);
 
+/// The lobes of a surface vertex, made for the direction `wo`.
+Bsdf lobes_towards(const PathVertex& vertex, Vec3 wo);
 /// The scattering at a surface vertex. It is exact for both directions of travel, no matter from which end the vertex
 /// was found.
 Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular, const LightWalkGuide* guide);

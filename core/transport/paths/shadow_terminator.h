@@ -10,7 +10,7 @@
 // has no weight).
 //
 // Light sampling from eye paths supports this: `path` with every method, `bdpt`, and the direct light of the other
-// integrators. Their indirect light does not have it (docs/agreement.md).
+// integrators. Their indirect light does not have it (docs/agreement.md), so they are biased where it is possible.
 #pragma once
 
 #include "scene/scene.h"
@@ -21,6 +21,9 @@ namespace ajar {
 inline bool has_soft_terminator(const ShadingPoint& point) {
   return point.object && point.object->shadow_terminator_offset > 0.0f && point.mesh && !point.mesh->normals.empty();
 }
+
+/// Whether light after a bounce can have such light in it.
+bool has_soft_terminator(const Scene& scene);
 
 /// The relative distance towards the curved surface at which shadow rays start: 1 for grazing light, 0 above the
 /// object's cutoff.

@@ -21,7 +21,7 @@ Vec2 barycentric_of(const Light& triangle, Vec3 p) {
 
 void reset(PathVertex& vertex, VertexKind kind) {
   vertex.kind = kind;
-  vertex.specular = vertex.distant = vertex.delta = false;
+  vertex.specular = vertex.distant = vertex.delta = vertex.exit = false;
   vertex.light = -1;
   vertex.pass = 0.0f;
   vertex.program = nullptr;
@@ -154,7 +154,7 @@ void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 n
 
 void make_light_vertex(const PathVertex& surface, PathVertex& light) {
   light.kind = VertexKind::Light;
-  light.specular = light.distant = light.delta = false;
+  light.specular = light.distant = light.delta = light.exit = false;
   light.light = surface.light;
   light.pass = surface.pass;
   light.program = surface.program;

@@ -52,6 +52,7 @@ bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& 
                  uint64_t& rays, Watch&& watch = {}) {
   const auto& [scene, media] = where;
   through = {through.collisions};
+  vertex.point.marks_subsurface = true;
   for (;;) {
     const Hit hit = scene.intersect(ray, vertex.point.ray_kind);
     ++rays;
@@ -77,7 +78,7 @@ bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& 
       vertex.shading.holdout = 1.0f;
     }
     vertex.kind = VertexKind::Surface;
-    vertex.specular = vertex.distant = vertex.delta = false;
+    vertex.specular = vertex.distant = vertex.delta = vertex.exit = false;
     vertex.light = vertex.emits() ? scene.light_of(hit) : -1;
     vertex.pass = 0.0f;
     if (!vertex.program->may_be_transparent()) return true;

@@ -14,7 +14,11 @@
 // For n lookups with throughputs w within the radius r of a point, W is (n + 1) / n sum(w) / (pi r^2 passes). The
 // expectation of 1 / W is then correct except for e^-mean(n), also if r is the distance of the lookup n + 1. Where a
 // disc extends over an edge, the error is the inverse of the error of the photons' density estimate. Lookups of all
-// passes are stored (20 bytes each) up to a limit.
+// passes are stored (20 bytes each) up to a limit, and n grows with their number.
+//
+// Photons of chains and plain photons share the light by their densities at a position (balance heuristic), which also
+// need W. A product of two functions of one noisy estimate of W is biased. So there are two independent halves of the
+// lookups: one gives 1 / W, the other one the shares, and the mean of both ways is used.
 #pragma once
 
 #include "transport/photons/point_tree.h"
@@ -24,6 +28,7 @@ namespace ajar {
 struct Arrival {
   SurfacePoint point;  ///< on the eye's side
   float throughput;    ///< luminance, to the pixel of the lookup's sample
+  uint32_t half = 0;   ///< 0 or 1, drawn for each sample of the image
 };
 
 /// Lookups of a part of a pass. Only every `stride`-th is stored, and it stands for `stride` lookups.
@@ -40,20 +45,35 @@ class ArrivalMap {
 
   /// Adds the lookups of one pass.
   void add(const std::vector<ArrivalLog>& pass);
-  /// 1 / W at a position, from lookups within `radius`; 0 where there are none. `normal`: on the side from which they
-  /// look.
-  double inverse_density(Place place, Vec3 position, Vec3 normal, float radius) const;
-  /// The same for lookups from both sides, because photons on surfaces that transmit are found from both sides.
-  double inverse_density_of_both_sides(Place place, Vec3 position, Vec3 normal, float radius) const;
-  size_t memory_bytes() const {
-    return (points_[0].size() + points_[1].size()) * (2 * sizeof(SurfacePoint) + 2 * sizeof(float));
-  }
+  /// 1 / W at a position, from the lookups of one half within `radius`; 0 where there are none. `normal`: on the side
+  /// from which they look.
+  double inverse_density(Place place, int half, Vec3 position, Vec3 normal, float radius) const;
+
+  /// Where photons are: `both_sides`: they are found from both sides of a surface that transmits.
+  struct Spot {
+    Vec3 position, normal;
+    bool both_sides;
+  };
+  /// Factors of the fluxes of photons of both kinds at a position. `of_chain` contains 1 / W. The expectation of
+  /// of_chain * W + plain is 1.
+  struct Factors {
+    double of_chain, plain;
+  };
+  /// `chain_density`: photons of chains per watt are this times W. `plain_density`: plain photons per watt.
+  Factors factors(Place place, const Spot& spot, float radius, double chain_density, double plain_density) const;
+  size_t memory_bytes() const { return stored() * (2 * sizeof(SurfacePoint) + 2 * sizeof(float)); }
 
  private:
-  std::vector<SurfacePoint> points_[2];
-  std::vector<float> throughputs_[2];
-  PointTree trees_[2];  ///< of the lookups at the time of the last build
-  std::vector<float> tree_throughputs_[2];
+  /// Lookups of a place in one half.
+  struct Half {
+    std::vector<SurfacePoint> points;
+    std::vector<float> throughputs;
+    PointTree tree;  ///< of the lookups at the time of the last build
+    std::vector<float> tree_throughputs;
+  };
+  size_t stored() const;
+
+  Half halves_[2][2];  ///< of a place
   double passes_ = 0.0, passes_built_ = 0.0;
 };
 

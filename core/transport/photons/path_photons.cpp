@@ -38,7 +38,7 @@ uint32_t side_flag(const Path& path, int i) {
 
 }  // namespace
 
-int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
+int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64_t& refused) {
   const int n = path.count;
   uint32_t visibility = kVisibleAll;
   if (path.light.partial) visibility = space.scene.lights().flags(uint32_t(path.vertices[0].light)).visibility;
@@ -74,7 +74,11 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
     const auto leave = [&](ArrivalMap::Place place, const glm::dvec3& flux, const glm::dvec3& throughput) {
       // Phi [Fan 2006, section 4.2.2]
       const Color power(flux * (limits * luminance(throughput) / double(path.target)));
-      if (is_black(power) || !is_finite(power)) return;
+      if (is_black(power)) return;
+      if (!is_finite(power)) {
+        ++refused;
+        return;
+      }
       const Vec3 to_light = path.to_light(i), ng = vertex.point.ng;
       out[count++] = {place,
                       {{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)},

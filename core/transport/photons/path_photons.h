@@ -20,9 +20,10 @@ struct PathPhoton {
   const PathVertex* vertex = nullptr;
 };
 
-/// Writes at most two photons for each inner vertex of the path and returns their number. For the brightness B of the
+/// Writes at most two photons for each inner vertex of the path and returns their number. Photons without a finite flux
+/// are left out and added to `refused`. For the brightness B of the
 /// chain's target and N states, the flux of a photon is B / N * weight of the state * flux in `photon` * inverse
 /// density.
-int photons_of(const PathSpace& space, const Path& path, PathPhoton* out);
+int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64_t& refused);
 
 }  // namespace ajar

@@ -335,7 +335,8 @@ bool PhotonGatherer::probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gat
 
 void PhotonGatherer::log_arrival(int place, const ShadingPoint& point, Color throughput) {
   const float y = luminance(throughput) * float(log_->stride[place]);
-  if (y > 0.0f) log_->at[place].push_back({{point.position, pack_direction(point.ng)}, y});
+  if (y > 0.0f)
+    log_->at[place].push_back({{point.position, pack_direction(point.ng)}, y, hash_combine(pixel_, index_) & 1u});
 }
 
 Color PhotonGatherer::from_map(const ShadingPoint& point, const Bsdf& rough) {

@@ -45,6 +45,31 @@ TEST_P(Feature, population_monte_carlo_has_the_mean_of_path_tracing) {
   expect_agreement(kScenes[GetParam()], "pmc_pt", 48, int(kScenes.size()));
 }
 
+// Light enters a surface or not, depending on what the path from the eye has been through.
+const std::vector<TransportScene> kSubsurfaceScenes = subsurface_scenes();
+class SubsurfaceFeature : public ::testing::TestWithParam<size_t> {
+ protected:
+  /// `visible`: the test must be able to see a bias of this size in the mean of the image.
+  void expect_mean_of_path_tracing(const char* integrator, int samples, double visible) {
+    expect_agreement(kSubsurfaceScenes[GetParam()], integrator, samples, int(kSubsurfaceScenes.size()), visible);
+  }
+};
+INSTANTIATE_TEST_SUITE_P(In, SubsurfaceFeature, ::testing::Range<size_t>(0, kSubsurfaceScenes.size()),
+                         [](const auto& info) { return kSubsurfaceScenes[info.param].name; });
+
+TEST_P(SubsurfaceFeature, bidirectional_path_tracing_has_the_mean_of_path_tracing) {
+  expect_mean_of_path_tracing("bdpt", 48, 0.02);
+}
+TEST_P(SubsurfaceFeature, energy_redistribution_has_the_mean_of_path_tracing) {
+  expect_mean_of_path_tracing("erpt", 96, 0.05);
+}
+TEST_P(SubsurfaceFeature, metropolis_has_the_mean_of_path_tracing) {
+  expect_mean_of_path_tracing("metropolis", 96, 0.05);
+}
+TEST_P(SubsurfaceFeature, population_monte_carlo_has_the_mean_of_path_tracing) {
+  expect_mean_of_path_tracing("pmc_pt", 96, 0.05);
+}
+
 class GatheredFeature : public ::testing::TestWithParam<size_t> {};
 INSTANTIATE_TEST_SUITE_P(In, GatheredFeature, ::testing::Range<size_t>(0, kAllScenes.size()),
                          [](const auto& info) { return kAllScenes[info.param].name; });
@@ -57,6 +82,30 @@ TEST_P(GatheredFeature, metropolis_photon_sampling_has_the_mean_of_path_tracing)
 }
 TEST_P(GatheredFeature, irradiance_caching_has_the_mean_of_path_tracing) {
   expect_agreement_within_bias(kAllScenes[GetParam()], "irradiance_cache", 0.03);
+}
+
+// Energy that is left out is counted. In ordinary scenes there is none.
+TEST(DroppedEnergy, is_zero_in_ordinary_scenes) {
+  std::vector<TransportScene> scenes = transport_scenes();
+  for (const std::vector<TransportScene>& more : {feature_scenes(), subsurface_scenes()})
+    scenes.insert(scenes.end(), more.begin(), more.end());
+  for (const TransportScene& scene : scenes) {
+    const auto built = build(scene.description);
+    for (const char* name : {"bdpt", "erpt", "metropolis", "pmc_pt", "mps"}) {
+      const std::atomic<bool> stop{false};
+      Film film(0, 0, scene.description.settings.width, scene.description.settings.height, {"Combined"});
+      const auto integrator = make_integrator(name);
+      integrator->prepare(built, 1);
+      integrator->run_iteration(film, 4, stop);
+      const IntegratorStatistics statistics = integrator->statistics();
+      EXPECT_EQ(film.refused(), 0u) << scene.name << ", " << name;
+      for (const char* key : {"refused_paths", "refused_photons", "failed_starts"}) {
+        const auto found = statistics.extra.find(key);
+        EXPECT_TRUE(found == statistics.extra.end() || found->second == 0.0)
+            << key << ", " << scene.name << ", " << name;
+      }
+    }
+  }
 }
 
 }  // namespace ajar::test_features

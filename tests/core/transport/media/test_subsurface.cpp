@@ -163,18 +163,18 @@ TEST(Subsurface, light_passes_thin_objects_and_ignores_objects_inside) {
   EXPECT_NEAR(brightness(render(filled, "path", 64, 1)), through, 0.1 * through);
 }
 
-TEST(Subsurface, is_reported_where_it_is_approximated) {
-  for (const char* integrator : {"path", "bdpt"}) {
+TEST(Subsurface, is_in_the_plan_and_no_integrator_approximates_it) {
+  for (const IntegratorInfo& info : integrator_list()) {
     SceneDescription d = half_space(Color(0.5f), 0.0f);
-    d.settings.integrator = integrator;
-    d.settings.samples = 1;
-    Session session;
-    session.start(std::move(d));
-    ASSERT_TRUE(session.wait(kHang));
-    bool reported = false;
-    for (const Diagnostic& diagnostic : session.diagnostics())
-      reported |= diagnostic.message.find("Path Tracing walks") != std::string::npos;
-    EXPECT_EQ(reported, std::string(integrator) != "path");
+    d.settings.integrator = info.name;
+    Diagnostics diagnostics;
+    const auto scene = build(d, &diagnostics);
+    EXPECT_TRUE(diagnostics.empty()) << info.name;
+    const RenderPlan plan = make_render_plan(*scene);
+    bool planned = false;
+    for (const PlanStep& step : plan.steps) planned |= step.step == "walks below surfaces" && step.used;
+    EXPECT_TRUE(planned) << info.name;
+    EXPECT_TRUE(plan.warnings.empty()) << info.name;
   }
 }
 

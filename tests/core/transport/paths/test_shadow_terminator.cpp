@@ -34,6 +34,20 @@ double mean(const std::vector<float>& image) {
   return sum / double(image.size());
 }
 
+/// A bowl of few faces, lit from above at a grazing angle, whose sides light each other.
+SceneDescription coarse_bowl(float offset) {
+  SceneDescription d;
+  MeshDescription bowl = sphere(6);
+  std::erase_if(bowl.triangles, [&](const UVec3& t) {
+    return bowl.positions[t.x].z + bowl.positions[t.y].z + bowl.positions[t.z].z > 0.6f;
+  });
+  const int index = add_object(d, std::move(bowl), add_diffuse(d, Color(0.9f)));
+  d.objects[size_t(index)].shadow_terminator_offset = offset;
+  d.lights.push_back(lamp(LightKind::Sun));
+  set_camera(d, Vec3(0, -1.2f, 2.6f), Vec3(0, 0, -0.3f), 12, 0.7f);
+  return d;
+}
+
 }  // namespace
 
 TEST(ShadowTerminator, a_coarse_ball_loses_little_of_the_light_by_its_smooth_normals) {
@@ -66,6 +80,26 @@ TEST(ShadowTerminator, all_unbiased_methods_have_the_same_mean) {
     d.settings.direct = method;
     EXPECT_TRUE(statistical::means_agree(expected, whole(d, integrator, 16, 12, 100), {0.01, int(ways.size())}))
         << integrator << ", " << name_of(method);
+  }
+}
+
+TEST(ShadowTerminator, integrators_that_lose_its_light_after_a_bounce_say_so) {
+  for (const float offset : {0.0f, 0.1f}) {
+    const SceneDescription d = coarse_bowl(offset);
+    const RunningMoments expected = whole(d, "path", 160, 12, 1);
+    for (const char* name : {"bdpt", "erpt", "pmc_pt", "metropolis"}) {
+      const bool loses = offset > 0.0f && std::string(name) != "bdpt";
+      const auto integrator = make_integrator(name);
+      integrator->prepare(build(d), 1);
+      EXPECT_EQ(integrator->bias() == Bias::Biased, loses) << name;
+      const RunningMoments actual = whole(d, name, std::string(name) == "bdpt" ? 160 : 640, 12, 100);
+      ASSERT_LT(std::sqrt(actual.variance_of_mean()), 0.01 * expected.mean()) << "inconclusive, " << name;
+      if (loses)
+        EXPECT_NEAR(actual.mean(), expected.mean(), 0.1 * expected.mean()) << name;
+      else
+        EXPECT_TRUE(statistical::means_agree(expected, actual, {0.01, 8}))
+            << name << " " << actual.mean() << ", path " << expected.mean();
+    }
   }
 }
 

@@ -1,0 +1,75 @@
+#include "transport/bidirectional/light_below.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace ajar {
+
+namespace {
+
+constexpr uint32_t kStream = 0x62656c6fU;  ///< random numbers of further walks
+constexpr uint32_t kLens = 2;              ///< dimension of the sampler
+constexpr uint32_t kMaxWalks = 32;
+/// The walks may take this number of rays for each ray of a direct sample. Chains take several times as many as direct
+/// samples.
+constexpr double kShare = 2.0;
+
+}  // namespace
+
+void LightBelow::prepare(const Scene& scene, uint32_t seed) {
+  *this = LightBelow();
+  seed_ = hash_combine(seed, kStream);
+  active_ = scene.has_subsurface();
+}
+
+LightBelow::Walker::Walker(const LightBelow& owner, const PathSpace& space)
+    : owner_(owner), scene_(space.scene), walks_(space.scene, 1.0), further_(Sampler::Kind::Sobol, owner.seed_) {
+  walks_.below = BelowSurfaces::With;
+  walks_.finds_beyond_terminator = true;
+  walks_.media = space.media;
+  walks_.guide = space.guide;
+}
+
+Color LightBelow::Walker::found(Vec2 film, Sampler& sampler) {
+  Color sum(0.0f);
+  for (const FoundPath& path : walks_.sample(film, sampler)) sum += path.contribution;
+  return sum;
+}
+
+Color LightBelow::Walker::sample(Vec2 film, std::optional<float> time, Sampler& sampler, uint32_t pixel,
+                                 uint32_t index) {
+  sampler.set_dimension(kLens);
+  walks_.lens_point = scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
+  walks_.pass_time = time ? *time : sample_time(scene_, sampler);
+  const uint64_t before = walks_.rays();
+  Color sum = found(film, sampler);
+  if (!walks_.enters_first()) return sum;
+  const uint32_t count = owner_.walks_, first = owner_.further_ + (index - owner_.samples_) * (count - 1);
+  for (uint32_t i = 0; i + 1 < count; ++i) {
+    further_.start(pixel, first + i);
+    sum += found(film, further_);
+  }
+  ++work_.samples;
+  work_.walks += count;
+  work_.rays_of_walks += walks_.rays() - before;
+  return sum / float(count);
+}
+
+void LightBelow::count(const Walker& walker) {
+  work_.rays += walker.rays();
+  work_.samples += walker.work_.samples;
+  work_.walks += walker.work_.walks;
+  work_.rays_of_walks += walker.work_.rays_of_walks;
+}
+
+void LightBelow::learn(uint32_t samples, double pixels, uint64_t other_rays) {
+  further_ += (samples - samples_) * (walks_ - 1);
+  samples_ = samples;
+  if (work_.walks == 0 || !std::has_single_bit(samples)) return;
+  const double rays_of_walk = double(work_.rays_of_walks) / double(work_.walks),
+               seen = double(work_.samples) / (pixels * samples);
+  const double wanted = kShare * double(other_rays) / (pixels * samples) / (seen * rays_of_walk);
+  walks_ = uint32_t(std::clamp(wanted, 1.0, double(kMaxWalks)));
+}
+
+}  // namespace ajar
