@@ -83,7 +83,7 @@ struct PathVertex {
   bool scatters() const { return kind == VertexKind::Medium || !shading.bsdf.empty(); }
   /// Whether photons are stored and looked up here.
   bool stores_photons() const {
-    return kind == VertexKind::Surface && shading.bsdf.has_non_delta() && !on_strand(point);
+    return kind == VertexKind::Surface && shading.bsdf.has_non_delta() && !on_strand_or_point(point);
   }
   bool emits() const { return !is_black(shading.emission); }
 };
