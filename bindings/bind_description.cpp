@@ -65,6 +65,17 @@ std::shared_ptr<MeshDescription> make_strands(const std::string& name, const Flo
   return mesh;
 }
 
+/// Generated coordinates of a point cloud are positions in object space, as in Cycles.
+std::shared_ptr<MeshDescription> make_points(const std::string& name, const Floats& positions, const Floats& radii,
+                                             const std::optional<Array<uint16_t>>& material_slots,
+                                             const std::vector<py::tuple>& attributes) {
+  auto mesh = std::make_shared<MeshDescription>(read_mesh(name, positions, Array<uint32_t>(), material_slots,
+                                                          std::nullopt, Domain::Vertex, attributes, "", Vec3(0.5f),
+                                                          Vec3(0.5f)));
+  mesh->radii = copy_rows<float>(radii, "radii of points \"" + name + "\"");
+  return mesh;
+}
+
 /// A closed box around grids.
 std::shared_ptr<MeshDescription> make_volume(const std::string& name, Vec3 lower, Vec3 upper,
                                              const std::vector<py::tuple>& grids, bool density_in_object_space) {
@@ -133,7 +144,7 @@ void def_strands(Target& target, const char* name, Function function, const char
              py::arg("subdivisions") = 2, text);
 }
 template <class... Arguments>
-auto strands_adder(std::shared_ptr<MeshDescription> (*make)(Arguments...)) {
+auto mesh_adder(std::shared_ptr<MeshDescription> (*make)(Arguments...)) {
   return [make](SceneDescription& description, Arguments... arguments) {
     description.meshes.push_back(std::move(*make(arguments...)));
     return index_of_last(description.meshes.size());
@@ -288,7 +299,7 @@ void bind_enums(py::module_& module) {
       .value("AlwaysStraight", AlphaMode::AlwaysStraight, "Straight, whatever the file says.")
       .value("AlwaysPremultiplied", AlphaMode::AlwaysPremultiplied, "Premultiplied, whatever the file says.");
   py::enum_<Domain>(module, "Domain", "The elements of a mesh that values belong to.")
-      .value("Vertex", Domain::Vertex, "A vertex, or a point of a strand.")
+      .value("Vertex", Domain::Vertex, "A vertex, or a point of a strand or of a point cloud.")
       .value("Corner", Domain::Corner, "A corner of a triangle.")
       .value("Face", Domain::Face, "A triangle, or a strand.");
   py::enum_<StrandShape>(module, "StrandShape", "The shape of hair.")
@@ -346,7 +357,8 @@ void bind_geometry(py::module_& module) {
           "float32[n, components], or float32[n] for one component; n is the number of elements of the domain. A "
           "copy.");
   py::class_<MeshDescription, std::shared_ptr<MeshDescription>>(
-      module, "MeshDescription", "A mesh of triangles in object space, or strands of hair. Its arrays are copies.")
+      module, "MeshDescription",
+      "A mesh of triangles in object space, strands of hair, or a point cloud. Its arrays are copies.")
       .def_readonly("name", &MeshDescription::name, "str. The name of the mesh in Blender, used in messages.")
       .def_property_readonly(
           "positions", [](const MeshDescription& m) { return to_array<float>(m.positions); },
@@ -374,7 +386,8 @@ void bind_geometry(py::module_& module) {
           "triangles.")
       .def_property_readonly(
           "radii", [](const MeshDescription& m) { return to_array<float>(m.radii); },
-          "float32[n], metres, >= 0. The radius of a strand at each of its points. Empty for a mesh of triangles.")
+          "float32[n], metres, >= 0. The radius of a strand at each of its points, or of each point of a point cloud. "
+          "Empty for a mesh of triangles.")
       .def_readonly("strand_shape", &MeshDescription::strand_shape,
                     "StrandShape. The shape of all strands of the mesh.")
       .def_readonly("strand_subdivisions", &MeshDescription::strand_subdivisions,
@@ -664,8 +677,17 @@ void bind_description(py::module_& module) {
       "material_slots: uint16[s] or None. attributes: tuples (name, Domain, values), for points (Domain.Vertex) or "
       "strands (Domain.Face). subdivisions: 0 to 4, each segment of a ribbon has 2^subdivisions straight pieces. "
       "Raises ValueError, which names the strands, for an array of the wrong shape.");
-  def_strands(scene, "add_strands", strands_adder(&make_strands),
+  def_strands(scene, "add_strands", mesh_adder(&make_strands),
               "Add hair and return the index of its mesh. Arguments and errors are those of make_strands.");
+  module.def("make_points", &make_points, py::kw_only(), py::arg("name"), py::arg("positions"), py::arg("radii"),
+             py::arg("material_slots") = py::none(), py::arg("attributes") = std::vector<py::tuple>{},
+             "Make a point cloud and return a MeshDescription for add_shared_mesh. positions: float32[n, 3] in metres. "
+             "radii: float32[n] in metres; a point of radius 0 is invisible. material_slots: uint16[n] or None. "
+             "attributes: tuples (name, Domain.Vertex, values) with one row for each point. Raises ValueError, which "
+             "names the points, for an array of the wrong shape.");
+  scene.def("add_points", mesh_adder(&make_points), py::kw_only(), py::arg("name"), py::arg("positions"),
+            py::arg("radii"), py::arg("material_slots") = py::none(), py::arg("attributes") = std::vector<py::tuple>{},
+            "Add a point cloud and return the index of its mesh. Arguments and errors are those of make_points.");
   module.def("make_volume", &make_volume, py::kw_only(), py::arg("name"), py::arg("lower"), py::arg("upper"),
              py::arg("grids"), py::arg("density_in_object_space") = false,
              "Make a box that encloses grids and return a MeshDescription for add_shared_mesh. lower and upper: its "
@@ -682,8 +704,9 @@ void bind_description(py::module_& module) {
            "spaces of images their meaning. working_space: the name, in the configuration, of the linear space of all "
            "colours in the scene and of the rendered image; by default \"Linear Rec.709\".")
       .def("add_shared_mesh", &add_shared_mesh, py::arg("mesh"),
-           "Add a mesh that make_mesh or make_strands has made, without a copy, and return its index. Session.update "
-           "keeps the structures of a mesh that the next description contains again.")
+           "Add a mesh that make_mesh, make_strands, make_points or make_volume has made, without a copy, and return "
+           "its "
+           "index. Session.update keeps the structures of a mesh that the next description contains again.")
       .def("add_object", &add_object, py::kw_only(), py::arg("name"), py::arg("mesh"),
            py::arg("materials") = std::vector<int>{}, py::arg("visibility") = uint32_t(kVisibleAll),
            py::arg("holdout") = false, py::arg("shadow_catcher") = false, py::arg("pass_index") = 0,

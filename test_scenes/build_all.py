@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 SCENES = ("checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights", "volume", "keyhole", "bar", "room_fog",
-          "room_hair", "room_motion", "room_skin", "rooms_panorama", "ocean")
+          "room_hair", "room_motion", "room_skin", "rooms_panorama", "ocean", "fur", "cloud")
 
 
 def main() -> int:

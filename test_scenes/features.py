@@ -1160,6 +1160,146 @@ hair_shader("hair_reflection_mesh", "its reflection on a mesh", "ShaderNodeBsdfH
 hair_shader("hair_transmission_mesh", "its transmission on a mesh", "ShaderNodeBsdfHair", mesh=True, properties={"component": "Transmission"}, RoughnessU=0.3, RoughnessV=0.4)
 
 
+# --- Point clouds ------------------------------------------------------------------------------------------------------
+
+def chain(tree: bpy.types.NodeTree, *names: str) -> list[bpy.types.Node]:
+    """New nodes, of which each has the first output of the one before it at its first input. The last is the output of the group."""
+    if hasattr(tree, "interface"):
+        tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    else:
+        tree.outputs.new("NodeSocketGeometry", "Geometry")
+    made = [tree.nodes.new(name) for name in (*names, "NodeGroupOutput")]
+    for here, there in zip(made, made[1:], strict=False):
+        tree.links.new(here.outputs[0], there.inputs[0])
+    return made
+
+
+def stored(tree: bpy.types.NodeTree, node: bpy.types.Node, name: str, kind: str, value: bpy.types.NodeSocket) -> None:
+    """Set up a Store Named Attribute."""
+    node.data_type = kind
+    node.inputs["Name"].default_value = name
+    tree.links.new(value, next(socket for socket in node.inputs if socket.name == "Value" and socket.enabled))
+
+
+def cloud(stage: Stage, material: bpy.types.Material, radius: float = 0.1, above: float = 0.6) -> bpy.types.Object:
+    """Points of different radii at the vertices of a ball, in place of the ball, below the panel."""
+    bpy.data.objects.remove(stage.ball)
+    thing = bpy.data.objects.new("Cloud", bpy.data.meshes.new("Cloud"))
+    stage.scene.collection.objects.link(thing)
+    tree = bpy.data.node_groups.new("Cloud", "GeometryNodeTree")
+    ball, points, color, warmth, assigned, _ = chain(tree, "GeometryNodeMeshUVSphere", "GeometryNodeMeshToPoints", "GeometryNodeStoreNamedAttribute",
+                                                   "GeometryNodeStoreNamedAttribute", "GeometryNodeSetMaterial")
+    ball.inputs["Segments"].default_value, ball.inputs["Rings"].default_value, ball.inputs["Radius"].default_value = 14, 9, 0.55
+    place, random = tree.nodes.new("GeometryNodeInputPosition"), tree.nodes.new("FunctionNodeRandomValue")
+    random.data_type = "FLOAT"
+    numbers = [socket for socket in random.inputs if socket.enabled]
+    numbers[0].default_value, numbers[1].default_value = 0.3 * radius, radius
+    value = next(socket for socket in random.outputs if socket.enabled)
+    tree.links.new(value, points.inputs["Radius"])
+    stored(tree, color, "tint", "FLOAT_COLOR", place.outputs[0])
+    stored(tree, warmth, "warmth", "FLOAT", value)
+    assigned.inputs["Material"].default_value = material
+    thing.modifiers.new("Cloud", "NODES").node_group = tree
+    thing.location = (-0.65, 0, above)
+    stage.panel()
+    return thing
+
+
+def shining(node_type: str, outputs: dict[str, float], settings: dict | None = None) -> bpy.types.Material:
+    """A material that shines in the sum of these outputs of a node, each times a factor and with an offset of one half."""
+    material = bpy.data.materials.new("Shining")
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    source, emission, out = (nodes.new(kind) for kind in (node_type, "ShaderNodeEmission", "ShaderNodeOutputMaterial"))
+    for key, value in (settings or {}).items():
+        setattr(source, key, value)
+    total = None
+    for output, factor in outputs.items():
+        scaled = nodes.new("ShaderNodeVectorMath")
+        scaled.operation = "MULTIPLY_ADD"
+        links.new(source.outputs[output], scaled.inputs[0])
+        scaled.inputs[1].default_value = (factor,) * 3
+        if total is None:
+            scaled.inputs[2].default_value = (0.5,) * 3
+        else:
+            links.new(total, scaled.inputs[2])
+        total = scaled.outputs[0]
+    links.new(total, emission.inputs["Color"])
+    links.new(emission.outputs[0], out.inputs["Surface"])
+    return material
+
+
+def points(name: str, what: str, material: Callable[[], bpy.types.Material], more: Callable[[Stage, bpy.types.Object], None] | None = None, **settings) -> None:
+    def change(stage: Stage):
+        thing = cloud(stage, material(), **settings)
+        if more:
+            more(stage, thing)
+    add("point", name, what, change)
+
+
+def shown_thrice(stage: Stage, thing: bpy.types.Object) -> None:
+    """Three instances by a collection, turned and squeezed."""
+    thing.location = (0, 0, 0)
+    collection = bpy.data.collections.new("Shown")
+    collection.objects.link(thing)
+    stage.scene.collection.objects.unlink(thing)
+    for number in range(3):
+        empty = bpy.data.objects.new(f"There {number}", None)
+        empty.instance_type, empty.instance_collection = "COLLECTION", collection
+        empty.location, empty.rotation_euler = (-1.0 + 0.5 * number, 0.3 * number, 0.6 + 0.4 * number), (0.3 * number, 0.2, 0.5 * number)
+        empty.scale = (0.6, 0.6, 0.5 + 0.2 * number)
+        stage.scene.collection.objects.link(empty)
+
+
+def attribute_of(name: str) -> dict:
+    return {"attribute_type": "GEOMETRY", "attribute_name": name}
+
+
+def bumpy() -> bpy.types.Material:
+    material = tools.diffuse("Bumpy", (0.7, 0.5, 0.3))
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    noise, bump = nodes.new("ShaderNodeTexNoise"), nodes.new("ShaderNodeBump")
+    noise.inputs["Scale"].default_value, bump.inputs["Strength"].default_value, bump.inputs["Distance"].default_value = 12.0, 0.6, 0.1
+    links.new(noise.outputs["Fac"], bump.inputs["Height"])
+    links.new(bump.outputs[0], tools.shader_of(material).inputs["Normal"])
+    return material
+
+
+def in_motion(stage: Stage, thing: bpy.types.Object) -> None:
+    scene = stage.scene
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 1.0
+    for frame, x in ((0, -1.0), (2, -0.2)):
+        thing.location.x = x
+        thing.keyframe_insert("location", frame=frame)
+    for curve in thing.animation_data.action.fcurves:
+        for key in curve.keyframe_points:
+            key.interpolation = "LINEAR"
+    scene.frame_set(1)
+
+
+def brown() -> bpy.types.Material:
+    return tools.diffuse("Points", (0.6, 0.35, 0.15))
+
+
+points("points", "points of different radii, diffuse", brown)
+points("points_large", "large points that overlap", brown, radius=0.25)
+points("points_info", "what Point Info says, shining", lambda: shining("ShaderNodePointInfo", {"Position": 0.2, "Radius": 3.0, "Random": 0.5}))
+points("points_color", "an attribute of colours of the points", lambda: shining("ShaderNodeAttribute", {"Color": 1.0}, attribute_of("tint")))
+points("points_number", "an attribute of numbers of the points", lambda: shining("ShaderNodeAttribute", {"Fac": 5.0}, attribute_of("warmth")))
+points("points_generated", "Generated coordinates of points", lambda: shining("ShaderNodeTexCoord", {"Generated": 0.5}))
+points("points_normal", "normals of points", lambda: shining("ShaderNodeNewGeometry", {"Normal": 0.4}))
+points("points_instances", "a point cloud, shown three times, turned and squeezed", brown, shown_thrice)
+points("points_instances_info", "what Point Info says there, shining", lambda: shining("ShaderNodePointInfo", {"Position": 0.2, "Radius": 3.0, "Random": 0.5}), shown_thrice)
+points("points_glossy", "glossy points", lambda: shader("ShaderNodeBsdfGlossy", Color=(0.8, 0.7, 0.5, 1.0), Roughness=0.25))
+points("points_glass", "points of glass", lambda: shader("ShaderNodeBsdfGlass", Color=(0.8, 0.9, 0.7, 1.0), Roughness=0.2, IOR=1.4))
+points("points_translucent", "translucent points", lambda: shader("ShaderNodeBsdfTranslucent", Color=(0.8, 0.6, 0.3, 1.0)))
+points("points_emission", "points that shine", lambda: tools.emission("Points", (1.0, 0.6, 0.3), 2.0))
+points("points_bump", "points with bump", bumpy, radius=0.3)
+points("points_motion", "points of an object that moves", brown, in_motion)
+points("points_hidden", "points that the camera does not see", brown, lambda stage, thing: setattr(thing, "visible_camera", False))
+
+
 # --- Volumes ---------------------------------------------------------------------------------------------------------
 
 def volume(*closures: tuple[str, dict], surface: str | None = None) -> bpy.types.Material:

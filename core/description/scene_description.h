@@ -183,8 +183,8 @@ struct SubdivisionDescription {
   bool empty() const { return face_sizes.empty(); }
 };
 
-/// Triangles in object space, or strands of hair, which have no triangles. A corner is one vertex of one triangle, with
-/// the index 3*t+k.
+/// Triangles in object space, or strands of hair, or a point cloud, which both have no triangles. A corner is one vertex of
+/// one triangle, with the index 3*t+k.
 struct MeshDescription {
   std::string name;
   std::vector<Vec3> positions;
@@ -198,7 +198,9 @@ struct MeshDescription {
   /// Index of the first position of each strand, ascending from 0; a strand ends where the next one begins. In a mesh
   /// of strands, data per vertex are per point, and data per triangle or face are per strand.
   std::vector<uint32_t> strands;
-  std::vector<float> radii;  ///< of strands, for each position
+  /// Of strands or of a point cloud, for each position. A mesh with radii and without strands and triangles is a point
+  /// cloud: spheres around the positions. Its data per vertex, triangle or face are per point.
+  std::vector<float> radii;
   StrandShape strand_shape = StrandShape::Ribbon;
   int strand_subdivisions = 2;  ///< each segment of a ribbon has 2^strand_subdivisions straight pieces
   /// Grids inside a closed mesh that encloses a volume.
@@ -210,6 +212,8 @@ struct MeshDescription {
   /// If set, that mesh is used and no other field is read. A scene that is built after another one takes over the
   /// meshes that both share, with their structures, instead of copying and building them.
   std::shared_ptr<const MeshDescription> shared;
+
+  bool is_points() const { return !radii.empty() && strands.empty() && triangles.empty(); }
 };
 
 /// The kinds of rays that see an object. Bits of `ObjectDescription::visibility`.

@@ -4,14 +4,13 @@
 #include <cmath>
 
 #include "description/settings_table.h"
+#include "description/validate_curves.h"
 
 namespace ajar {
 
 namespace {
 
 using Severity = Diagnostic::Severity;
-
-std::string count_of(uint64_t n, const char* what) { return std::to_string(n) + " " + what + (n == 1 ? "" : "s"); }
 
 template <class Container>
 uint64_t replace_non_finite(Container& values, float replacement) {
@@ -32,7 +31,10 @@ size_t domain_size(const MeshDescription& mesh, Domain domain) {
   switch (domain) {
     case Domain::Vertex: return mesh.positions.size();
     case Domain::Corner: return mesh.triangles.size() * 3;
-    case Domain::Face: return mesh.strands.empty() ? mesh.triangles.size() : mesh.strands.size();
+    case Domain::Face:
+      return mesh.is_points()       ? mesh.positions.size()
+             : mesh.strands.empty() ? mesh.triangles.size()
+                                    : mesh.strands.size();
   }
   return 0;
 }
@@ -57,11 +59,12 @@ void compact_triangles(MeshDescription& mesh, const std::vector<uint8_t>& keep) 
   compact(mesh.triangles, 1);
 }
 
-/// Removes attributes whose length does not match the mesh. Returns the number of replaced values in the others.
+}  // namespace
+
 uint64_t validate_attributes(MeshDescription& mesh, Diagnostics& diagnostics) {
   std::erase_if(mesh.attributes, [&](const Attribute& attribute) {
     const bool bad = attribute.components < 1 || attribute.components > 4 ||
-                     (attribute.domain == Domain::Corner && !mesh.strands.empty()) ||
+                     (attribute.domain == Domain::Corner && (mesh.is_points() || !mesh.strands.empty())) ||
                      attribute.values.size() != domain_size(mesh, attribute.domain) * size_t(attribute.components);
     if (bad)
       report_once(diagnostics, {Severity::Warning, mesh.name,
@@ -73,81 +76,7 @@ uint64_t validate_attributes(MeshDescription& mesh, Diagnostics& diagnostics) {
   return repaired;
 }
 
-/// Removes strands and their data; `keep` has one flag for each strand.
-void compact_strands(MeshDescription& mesh, const std::vector<uint8_t>& keep) {
-  const auto end_of = [&](size_t strand) {
-    return strand + 1 < mesh.strands.size() ? size_t(mesh.strands[strand + 1]) : mesh.positions.size();
-  };
-  const auto compact = [&](auto& array, bool per_point, size_t each) {
-    if (array.empty()) return;
-    size_t out = 0;
-    for (size_t strand = 0; strand < keep.size(); ++strand) {
-      if (!keep[strand]) continue;
-      const size_t first = per_point ? mesh.strands[strand] : strand, end = per_point ? end_of(strand) : strand + 1;
-      for (size_t i = first * each; i < end * each; ++i) array[out++] = array[i];
-    }
-    array.resize(out);
-  };
-  for (Attribute& attribute : mesh.attributes)
-    compact(attribute.values, attribute.domain == Domain::Vertex, size_t(attribute.components));
-  compact(mesh.material_slots, false, 1);
-  compact(mesh.radii, true, 1);
-  std::vector<uint32_t> first;
-  uint32_t points = 0;
-  for (size_t strand = 0; strand < keep.size(); ++strand) {
-    if (!keep[strand]) continue;
-    first.push_back(points);
-    points += uint32_t(end_of(strand) - mesh.strands[strand]);
-  }
-  compact(mesh.positions, true, 1);
-  mesh.strands = std::move(first);
-}
-
-void validate_strands(MeshDescription& mesh, ValidationCounts& counts, Diagnostics& diagnostics) {
-  const auto warn = [&](const std::string& text) { report_once(diagnostics, {Severity::Warning, mesh.name, text}); };
-  constexpr int kMaxSubdivisions = 4;  // limit of Embree: 16 pieces
-  constexpr float kFarthest = 1e18f;   // limit of Embree
-  mesh.strand_subdivisions = std::clamp(mesh.strand_subdivisions, 0, kMaxSubdivisions);
-  mesh.normals.clear();
-  const bool ordered = mesh.strands[0] == 0 && mesh.strands.back() < mesh.positions.size() &&
-                       std::is_sorted(mesh.strands.begin(), mesh.strands.end());
-  if (!ordered || mesh.radii.size() != mesh.positions.size() || !mesh.triangles.empty() ||
-      mesh.positions.size() > 0x3fffffffu) {
-    warn("The strands do not match the points; they are left out.");
-    const std::string name = mesh.name;
-    mesh = MeshDescription();
-    mesh.name = name;
-    return;
-  }
-  const size_t count = mesh.strands.size();
-  if (!mesh.material_slots.empty() && mesh.material_slots.size() != count) {
-    warn("Material slots do not match the strands; slot 0 is used everywhere.");
-    mesh.material_slots.clear();
-  }
-  uint64_t repaired = validate_attributes(mesh, diagnostics);
-  for (float& radius : mesh.radii) {
-    if (radius >= 0.0f && radius < kFarthest) continue;
-    radius = 0.0f;
-    ++repaired;
-  }
-  if (repaired > 0) warn(count_of(repaired, "invalid radius or attribute value") + " replaced.");
-  counts.repaired_values += repaired;
-  std::vector<uint8_t> keep(count, 1);
-  uint64_t bad_strands = 0, points_only = 0;
-  for (size_t i = 0; i < count; ++i) {
-    const size_t first = mesh.strands[i], end = i + 1 < count ? mesh.strands[i + 1] : mesh.positions.size();
-    bool bad = false, long_enough = false;
-    for (size_t point = first; point < end; ++point) {
-      bad |= !(max_component(glm::abs(mesh.positions[point])) < kFarthest) || !is_finite(mesh.positions[point]);
-      long_enough |= mesh.positions[point] != mesh.positions[first];
-    }
-    if (!bad && long_enough) continue;
-    keep[i] = 0;
-    (bad ? bad_strands : points_only) += 1;
-  }
-  if (bad_strands > 0) warn(count_of(bad_strands, "strand") + " with invalid points left out.");
-  if (bad_strands + points_only > 0) compact_strands(mesh, keep);
-}
+namespace {
 
 /// Removes grids that are damaged. Returns the number of replaced values in the others.
 uint64_t validate_grids(MeshDescription& mesh, Diagnostics& diagnostics) {
@@ -270,6 +199,10 @@ void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics&
   if (!mesh.strands.empty()) {
     mesh.subdivision = {};
     validate_strands(mesh, counts, diagnostics);
+    return;
+  }
+  if (mesh.is_points()) {
+    validate_points(mesh, counts, diagnostics);
     return;
   }
   if (mesh.subdivision.scheme == SubdivisionScheme::None) mesh.subdivision = {};

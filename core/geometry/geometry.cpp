@@ -8,6 +8,7 @@ size_t BuiltMesh::memory_bytes() const {
   for (const Attribute& attribute : attributes) bytes += attribute.values.size() * sizeof(float);
   for (const VoxelGrid& grid : grids) bytes += grid.memory_bytes();
   if (strands) bytes += strands->memory_bytes();
+  if (points) bytes += points->memory_bytes();
   if (undisplaced) {
     bytes += (undisplaced->positions.size() + undisplaced->normals.size()) * sizeof(Vec3);
     for (const Attribute& tangent : undisplaced->tangents) bytes += tangent.values.size() * sizeof(float);
@@ -40,7 +41,7 @@ Vec4 BuiltMesh::interpolate(const Attribute& attribute, uint32_t triangle, Vec2 
     const uint32_t point = strands->point_of(triangle);
     return element(point) * (1.0f - barycentric.x) + element(point + 1) * barycentric.x;
   }
-  if (attribute.domain == Domain::Face) return element(triangle);
+  if (attribute.domain == Domain::Face || points) return element(triangle);
   size_t i0 = size_t(triangle) * 3, i1 = i0 + 1, i2 = i0 + 2;
   if (attribute.domain == Domain::Vertex) {
     const UVec3 v = triangles[triangle];

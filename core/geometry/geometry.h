@@ -7,6 +7,7 @@
 
 #include "description/scene_description.h"
 #include "geometry/motion.h"
+#include "geometry/points.h"
 #include "geometry/strands.h"
 #include "geometry/voxel_grid.h"
 
@@ -18,7 +19,7 @@ struct Undisplaced {
   std::vector<Attribute> tangents;  ///< smooth tangents (uv_tangents.h), in object space
 };
 
-/// A triangle mesh, or strands, shared by its instances. If only one instance uses it, its positions and normals can be
+/// A triangle mesh, strands or a point cloud, shared by its instances. If only one instance uses it, its positions and normals can be
 /// in world space (`baked`), which saves Embree an instance.
 struct BuiltMesh {
   std::string name;
@@ -35,20 +36,23 @@ struct BuiltMesh {
   bool displaced = false;  ///< vertices were moved by the materials (scene/displace.h)
   /// Null: no material bends the normals of the surface before the displacement.
   std::shared_ptr<const Undisplaced> undisplaced;
-  /// Null: triangles. Otherwise there are neither positions nor normals, and slots are per segment.
+  /// One of these, or null for triangles. Then there are neither positions nor normals, and slots are per segment or per
+  /// point.
   std::shared_ptr<const Strands> strands;
+  std::shared_ptr<const Points> points;
   std::vector<VoxelGrid> grids;                   ///< of the volume inside; in object space, also if the mesh is baked
   bool density_in_object_space = false;           ///< see MeshDescription
   std::shared_ptr<const MeshDescription> source;  ///< the description it was built from, if later scenes can share it
   std::shared_ptr<void> structure;  ///< Embree's structure of a mesh that is not baked; accel.cpp knows its type
   size_t memory_bytes() const;
-  bool empty() const { return triangles.empty() && !strands; }
+  bool has_triangles() const { return !strands && !points; }
+  bool empty() const { return triangles.empty() && has_triangles(); }
 
   /// Index of the attribute with this name, or -1.
   int find_attribute(const std::string& attribute_name) const;
   /// The grid with this name, or null.
   const VoxelGrid* find_grid(const std::string& grid_name) const;
-  /// Value at a point of a triangle or segment; missing components are 0 (alpha 1).
+  /// Value at a place on a triangle, on a segment or on a point of a cloud; missing components are 0 (alpha 1).
   Vec4 interpolate(const Attribute& attribute, uint32_t triangle, Vec2 barycentric) const;
 };
 

@@ -276,8 +276,8 @@ class IrradianceCache final : public Integrator {
         continue;
       }
       walk.shade();
-      if (bounces_diffusely(walk.point, limits) && !on_strand(walk.point) && !walk.shading.bsdf.has_subsurface() &&
-          CachedPart(walk.shading.bsdf, walk.point.wo)) {
+      if (bounces_diffusely(walk.point, limits) && !on_strand_or_point(walk.point) &&
+          !walk.shading.bsdf.has_subsurface() && CachedPart(walk.shading.bsdf, walk.point.wo)) {
         point = walk.point;
         shading = walk.shading;
         if (media.active()) stack = media.state().stack;
@@ -429,7 +429,7 @@ class IrradianceCache final : public Integrator {
       if (passes_only && is_black(transparency)) break;
 
       const uint32_t base = kFirstDimensions + kVertexDimensions * vertex;
-      const bool below = !passes_only && bsdf.has_subsurface() && !on_strand(point);
+      const bool below = !passes_only && bsdf.has_subsurface() && !on_strand_or_point(point);
       if (below && !below_surface(walk, sampler, base + kSubsurface, beta, counter)) break;
       DirectVertex here;
       if (bsdf.has_non_delta() && !passes_only && scene.lights().can_choose()) {
@@ -441,7 +441,7 @@ class IrradianceCache final : public Integrator {
       const auto sample = sample_direction(bsdf, point, sampler, base);
       Color after = beta;  // throughput to scattered light, by the lobes that are not cached
       if (sample) after *= sample->f_cos;
-      if (!start.inverse_distance && !media.active() && !passes_only && !below && !on_strand(point) &&
+      if (!start.inverse_distance && !media.active() && !passes_only && !below && !on_strand_or_point(point) &&
           bounces_diffusely(point, settings.bounces))
         after = read_cache(walk, sampler, base + kDirection, sample, counter, beta, radiance).value_or(after);
       if (!sample) break;

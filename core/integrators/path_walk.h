@@ -311,8 +311,8 @@ class PathWalk {
     SurfaceShading& shading = walk_.shading;
     if constexpr (kGuided) guided_.note_distance(walk_.hit.t);
     base_ = D::kCamera + D::kVertex * uint32_t(vertex_++);
-    if (!shading.bsdf.has_subsurface() || at_bounce_limit_ || point.mesh->strands)
-      return true;  // hair has no interior: subsurface scattering is diffuse there
+    if (!shading.bsdf.has_subsurface() || at_bounce_limit_ || !point.mesh->has_triangles())
+      return true;  // hair and points have no interior: subsurface scattering is diffuse there
     [[maybe_unused]] const float before = max_component(beta_);
     sampler_.set_dimension(D::kEnter + uint32_t(vertex_));
     const uint32_t stream = hash_combine(

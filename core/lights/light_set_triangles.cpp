@@ -68,9 +68,11 @@ std::vector<LightSet::Data::Pending> LightSet::Data::gather_blocks(const LightBu
       }
       pending.block.slots.push_back(emission);
     }
-    if (emits && mesh.strands)
-      report_once(diagnostics, {Diagnostic::Severity::Warning, in.objects[instance.object].name,
-                                "The object's hair emits light, which only random rays find: expect noise."});
+    if (emits && !mesh.has_triangles())
+      report_once(diagnostics,
+                  {Diagnostic::Severity::Warning, in.objects[instance.object].name,
+                   mesh.strands ? "The object's hair emits light, which only random rays find: expect noise."
+                                : "The point cloud emits light, which only random rays find: expect noise."});
     // Only a ray at its time finds the positions of the triangles of a moving object.
     if (!emits || count == 0 || instance.motion) continue;
     if (triangles + count > 0x7fffffffu) {

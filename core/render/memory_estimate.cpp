@@ -32,6 +32,8 @@ uint64_t bytes_of(const MeshDescription& mesh) {
     bytes += grid.values.size() * sizeof(float) +
              grid.bricks.size() *
                  (sizeof(grid.bricks[0]) + 4 * sizeof(uint32_t));  // at most four places of a table each
+  if (mesh.is_points())
+    return bytes + mesh.positions.size() * (sizeof(Vec4) - sizeof(Vec3));  // spheres replace positions
   if (mesh.strands.empty()) return bytes;
   const size_t points = mesh.positions.size(), strands = mesh.strands.size(), segments = segments_of(mesh);
   bytes += (points + 2 * strands) * sizeof(Vec4) + points * sizeof(float) +
@@ -60,7 +62,7 @@ std::vector<uint64_t> bytes_of_displacements(const SceneDescription& d) {
     if (object.mesh < 0 || object.mesh >= int(d.meshes.size())) continue;
     const MeshDescription& described = d.meshes[size_t(object.mesh)];
     const MeshDescription& mesh = described.shared ? *described.shared : described;
-    if (!mesh.strands.empty()) continue;
+    if (mesh.triangles.empty()) continue;
     for (const int index : object.materials) {
       if (index < 0 || index >= int(d.materials.size())) continue;
       const MaterialDescription& material = d.materials[size_t(index)];
@@ -136,7 +138,8 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
         bytes_of(mesh) + displacements[i] + mesh.triangles.size() * kStructureBytesPerTriangle +
             kStructureBytesPerMesh +
             (mesh.subdivision.empty() ? 0 : bytes_after_subdivision(mesh, dicing_rate_of(d, i, dicing_pixels(d)))) +
-            (mesh.strands.empty() ? 0 : segments_of(mesh) * kStructureBytesPerSegment));
+            (mesh.strands.empty() ? 0 : segments_of(mesh) * kStructureBytesPerSegment) +
+            (mesh.is_points() ? mesh.positions.size() * kStructureBytesPerPoint : 0));
   }
   instances.bytes = d.instances.size() * (sizeof(BuiltInstance) + kStructureBytesPerInstance) +
                     d.motion_keys.size() * sizeof(Mat4) + d.instance_origins.size() * sizeof(InstanceOrigin);

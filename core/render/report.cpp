@@ -84,6 +84,7 @@ void add_scene(const SessionState& d, json& j) {
     const BuildStatistics& b = d.scene->statistics();
     j["scene"] = {{"triangles", b.triangles},
                   {"strands", b.strands},
+                  {"points", b.points},
                   {"instanced_triangles", b.instanced_triangles},
                   {"instances", b.instances},
                   {"meshes", b.meshes},

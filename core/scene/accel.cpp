@@ -84,9 +84,8 @@ void reject_own_strand(const RTCFilterFunctionNArguments* args) {
   }
 }
 
-/// Tubes are visible from outside only, as in Cycles.
+/// Tubes and spheres are visible from outside only, as in Cycles.
 void reject_from_inside(const RTCFilterFunctionNArguments* args) {
-  reject_own_strand(args);
   const unsigned n = args->N;
   for (unsigned i = 0; i < n; ++i) {
     if (args->valid[i] != -1) continue;
@@ -95,6 +94,11 @@ void reject_from_inside(const RTCFilterFunctionNArguments* args) {
     const Vec3 ng(RTCHitN_Ng_x(args->hit, n, i), RTCHitN_Ng_y(args->hit, n, i), RTCHitN_Ng_z(args->hit, n, i));
     if (glm::dot(ng, direction) > 0.0f) args->valid[i] = 0;
   }
+}
+
+void reject_own_strand_or_from_inside(const RTCFilterFunctionNArguments* args) {
+  reject_own_strand(args);
+  reject_from_inside(args);
 }
 
 }  // namespace
@@ -152,7 +156,9 @@ struct Accel::Data {
                 const std::vector<BuiltInstance>& previous_instances);
 
   RTCGeometry new_geometry(const BuiltMesh& mesh) {
-    RTCGeometry geometry = mesh.strands ? new_strands(*mesh.strands) : new_triangles(mesh);
+    RTCGeometry geometry = mesh.strands  ? new_strands(*mesh.strands)
+                           : mesh.points ? new_points(*mesh.points)
+                                         : new_triangles(mesh);
     // The default of Embree 3; that of Embree 4 is 1. The mask of the instance decides which rays see it.
     rtcSetGeometryMask(geometry, ~0u);
     return geometry;
@@ -176,10 +182,19 @@ struct Accel::Data {
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, strands.first_key.data(), 0,
                                sizeof(uint32_t), strands.first_key.size());
     rtcSetGeometryTessellationRate(geometry, float((1 << strands.subdivisions) + 1));  // the same rate as in Cycles
-    const auto filter = ribbons ? reject_own_strand : reject_from_inside;
+    const auto filter = ribbons ? reject_own_strand : reject_own_strand_or_from_inside;
     rtcSetGeometryUserData(geometry, const_cast<Strands*>(&strands));
     rtcSetGeometryIntersectFilterFunction(geometry, filter);
     rtcSetGeometryOccludedFilterFunction(geometry, filter);
+    return geometry;
+  }
+
+  RTCGeometry new_points(const Points& points) {
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, points.spheres.data(), 0,
+                               sizeof(Vec4), points.spheres.size());
+    rtcSetGeometryIntersectFilterFunction(geometry, reject_from_inside);
+    rtcSetGeometryOccludedFilterFunction(geometry, reject_from_inside);
     return geometry;
   }
 };

@@ -42,8 +42,8 @@ int choose_axis(float& u) {
 // 2013, "BSSRDF Importance Sampling").
 Vec3 bevelled_normal(const ShadingPoint& point, float radius, int samples) {
   constexpr int kMaxCrossings = 16;  // of a line
-  if (!point.scene || !point.instance || !point.mesh || point.mesh->strands || point.primitive == kInsideVolume ||
-      samples < 1 || !(radius > 0.0f))
+  if (!point.scene || !point.instance || !point.mesh || !point.mesh->has_triangles() ||
+      point.primitive == kInsideVolume || samples < 1 || !(radius > 0.0f))
     return point.ns;
   const Frame frame(point.ng);
   const Vec3 axes[3] = {point.ng, frame.to_world({1, 0, 0}), frame.to_world({0, 1, 0})};

@@ -72,8 +72,8 @@ void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) c
   point.object = &objects_[instance.object];
   point.ray_length = ray.travelled + hit.t;
   point.time = ray.time;
-  if (mesh.strands) [[unlikely]] {
-    strand_point(ray, hit, point);
+  if (mesh.triangles.empty()) [[unlikely]] {
+    mesh.strands ? strand_point(ray, hit, point) : sphere_point(ray, hit, point);
     return;
   }
   const UVec3 v = mesh.triangles[hit.primitive];
@@ -171,6 +171,33 @@ void Scene::strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) co
   point.dpdv = glm::cross(along, point.ng);
 }
 
+void Scene::sphere_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const {
+  const BuiltInstance& instance = instances_[hit.instance];
+  const BuiltMesh& mesh = meshes_[instance.mesh];
+  const Vec4 sphere = mesh.points->spheres[hit.primitive];
+  Mat4 moved, moved_inverse;
+  const Mat4 identity(1.0f);
+  const Mat4& world = mesh.baked ? identity : world_from_object(instance, ray.time, moved);
+  const Mat4& inverse = mesh.baked ? identity : object_from_world(instance, ray.time, moved_inverse);
+  const Vec3 out = entry_of_sphere(sphere, transform_point(inverse, ray.origin),
+                                   transform_vector(inverse, ray.direction));
+  const Vec3 in_object = Vec3(sphere) + sphere.w * out;
+  point.position = transform_point(world, in_object);
+  point.position_error = absolute(Mat3(world)) * (gamma_bound(12) * (absolute(Vec3(sphere)) + sphere.w)) +
+                         gamma_bound(8) * absolute(Vec3(world[3]));
+  point.ng = glm::normalize(out * Mat3(inverse));  // the transpose of the inverse
+  // On the ellipsoids of scaled instances, the shading normal is the direction from the centre, as in Cycles.
+  point.ns = glm::normalize(transform_vector(world, out));
+  // At the rim, the normal is perpendicular to the ray, and rounding could put it on the wrong side.
+  for (Vec3* n : {&point.ng, &point.ns})
+    if (!(glm::dot(*n, point.wo) > 1e-6f)) *n = glm::normalize(*n + (1e-6f - glm::dot(*n, point.wo)) * point.wo);
+  point.backfacing = false;
+  const Vec3 n = point.ns;  // the tangents of Cycles 5.2
+  point.dpdu = glm::normalize(n.x != n.y || n.x != n.z ? Vec3(n.z - n.y, n.x - n.z, n.y - n.x)
+                                                       : Vec3(n.z - n.y, n.x + n.z, -n.y - n.x));
+  point.dpdv = glm::cross(n, point.dpdu);
+}
+
 int Scene::material_index(const Hit& hit) const {
   const BuiltInstance& instance = instances_[hit.instance];
   const BuiltMesh& mesh = meshes_[instance.mesh];
@@ -226,7 +253,24 @@ bool Scene::any_light_importance() const {
          });
 }
 
-float way_out_of_strand(const ShadingPoint& point, Vec3 direction) {
+namespace {
+
+/// The rounding errors of the place where a sphere is left, and of its tangent plane, are added.
+float way_out_of_sphere(const ShadingPoint& point, Vec3 direction) {
+  const Vec4 sphere = point.mesh->points->spheres[point.primitive];
+  Mat4 moved;
+  const Mat4 identity(1.0f);
+  const Mat4& inverse = point.mesh->baked ? identity : object_from_world(*point.instance, point.time, moved);
+  const Vec3 out = transform_point(inverse, point.position) - Vec3(sphere), way = transform_vector(inverse, direction);
+  const float chord = -2.0f * glm::dot(out, way) / length_squared(way);
+  const float left = 1.0001f * chord + 4.0f * max_component(point.position_error);
+  return chord > 0.0f && std::isfinite(left) ? left : 0.0f;
+}
+
+}  // namespace
+
+float way_out(const ShadingPoint& point, Vec3 direction) {
+  if (point.mesh->points) return way_out_of_sphere(point, direction);
   constexpr float kMaxRadii = 20.0f;  // nearly along the strand, the way is long and can cross other strands
   const Strands& strands = *point.mesh->strands;
   if (strands.shape != StrandShape::Ribbon) return 0.0f;

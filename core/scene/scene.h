@@ -52,7 +52,7 @@ struct LampHit {
 
 struct BuildStatistics {
   double seconds = 0.0;
-  uint64_t triangles = 0, instanced_triangles = 0, instances = 0, meshes = 0, lights = 0, strands = 0;
+  uint64_t triangles = 0, instanced_triangles = 0, instances = 0, meshes = 0, lights = 0, strands = 0, points = 0;
   uint64_t geometry_bytes = 0, accel_bytes = 0, texture_bytes = 0, light_tree_bytes = 0, environment_bytes = 0;
   uint64_t skipped_triangles = 0, repaired_values = 0;
   uint64_t moving_instances = 0;
@@ -127,6 +127,7 @@ class Scene {
   /// Whether light can go below some surface.
   bool has_subsurface() const;
   bool has_strands() const { return statistics_.strands > 0; }
+  bool has_points() const { return statistics_.points > 0; }
   /// Whether a surface may emit that is not among the lights.
   bool emission_without_lights() const;
   /// The same scene with its shadow catchers and without other objects; null if the camera sees no catcher.
@@ -196,8 +197,9 @@ class Scene {
   };
   class Builder;
   Scene();
-  /// shading_point for hits on strands.
+  /// shading_point for hits on strands and on points of a cloud.
   void strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const;
+  void sphere_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const;
   bool shows_the_world_of(const Scene& previous) const;
   void compile_materials(const SceneDescription& d, const std::vector<int>& shown_by, ShaderContext context,
                          Scene* previous, Diagnostics& diagnostics);
@@ -238,10 +240,13 @@ inline uint32_t receiver_set(const ShadingPoint& point) {
   return point.object ? point.object->receiver_set : kEveryLight;
 }
 
-/// Whether the point is on hair, which has no area around it to hold photons.
+/// Whether the point is on hair.
 inline bool on_strand(const ShadingPoint& point) { return point.mesh && point.mesh->strands; }
-/// Distance at which a ray leaves the tube for which a ribbon stands.
-float way_out_of_strand(const ShadingPoint& point, Vec3 direction);
+/// Whether the point is on hair or on a point of a cloud, which have no area around it to hold photons.
+inline bool on_strand_or_point(const ShadingPoint& point) { return point.mesh && !point.mesh->has_triangles(); }
+/// Distance at which a ray from a strand or from a point of a cloud leaves the tube for which a ribbon stands, or the
+/// sphere.
+float way_out(const ShadingPoint& point, Vec3 direction);
 
 [[gnu::always_inline]] inline Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
   // Twice the error bound of the point also covers the error of the intersection on this surface. That error grows with

@@ -10,6 +10,7 @@
 #include "math/random.h"
 #include "scene/accel.h"
 #include "scene/catchers.h"
+#include "scene/default_surface.h"
 #include "scene/dice_meshes.h"
 #include "scene/displace.h"
 #include "shading/images/color_spaces.h"
@@ -31,19 +32,6 @@ bool is_singular(const Mat4& m) {
   return !(std::abs(det) > 1e-9f * scale) || !std::isfinite(1.0f / det);
 }
 
-/// Grey surface of objects without a material, as in Blender.
-NodeGraph default_surface() {
-  NodeGraph graph;
-  Node diffuse;
-  diffuse.type = "ShaderNodeBsdfDiffuse";
-  diffuse.name = "Default Surface";
-  diffuse.inputs.push_back({"Color", {}, Vec4(0.8f, 0.8f, 0.8f, 1.0f)});
-  diffuse.inputs.push_back({"Roughness", {}, Vec4(0.0f)});
-  graph.nodes.push_back(std::move(diffuse));
-  graph.surface = {0, "BSDF"};
-  return graph;
-}
-
 /// Whether the material traces rays at its own object only. The mesh then needs its own structure.
 bool asks_for_itself(const MaterialDescription& material) {
   return std::any_of(material.graph.nodes.begin(), material.graph.nodes.end(), [](const Node& node) {
@@ -60,6 +48,7 @@ void bake(BuiltMesh& mesh, const Mat4& world_from_object) {
   for (size_t i = 0; i + 1 < mesh.positions.size(); ++i)
     mesh.positions[i] = transform_point(world_from_object, mesh.positions[i]);
   if (mesh.strands) mesh.strands = transformed(*mesh.strands, world_from_object);
+  if (mesh.points) mesh.points = transformed(*mesh.points, world_from_object);
   const Mat3 linear(world_from_object);
   const Mat3 normal_matrix = is_singular(world_from_object) ? linear : glm::inverseTranspose(linear);
   for (Vec3& n : mesh.normals) {
@@ -77,8 +66,10 @@ BuiltMesh take(MeshDescription&& d) {
     mesh.strands = make_strands(d);
     for (uint32_t i = 0; !d.material_slots.empty() && i < mesh.strands->segment_count(); ++i)
       mesh.material_slots.push_back(d.material_slots[mesh.strands->strand_of(i)]);
-    d.positions.clear();
+  } else if (d.is_points()) {
+    mesh.points = make_points(d);
   }
+  if (!mesh.has_triangles()) std::vector<Vec3>().swap(d.positions);
   mesh.positions = std::move(d.positions);
   mesh.positions.push_back(Vec3(0.0f));
   mesh.triangles = std::move(d.triangles);
@@ -318,6 +309,7 @@ void Scene::Builder::add_instances() {
   for (const BuiltMesh& mesh : s_.meshes_) {
     s_.statistics_.triangles += mesh.triangles.size();
     s_.statistics_.strands += mesh.strands ? mesh.strands->strand_count() : 0;
+    s_.statistics_.points += mesh.points ? mesh.points->spheres.size() : 0;
     s_.statistics_.geometry_bytes += mesh.memory_bytes();
   }
 }
@@ -333,6 +325,7 @@ void Scene::Builder::add_instance(const InstanceDescription& in) {
   instance.object_from_world = singular ? Mat4(1.0f) : glm::inverse(instance.world_from_object);
   instance.flips_orientation = glm::determinant(Mat3(instance.world_from_object)) < 0.0f;
   const bool stays = s_.meshes_[instance.mesh].source != nullptr ||  // in object space, for the next scene
+                     (s_.meshes_[instance.mesh].points && !scales_evenly(instance.world_from_object)) ||
                      std::any_of(object.materials.begin(), object.materials.end(),
                                  [&](int m) { return m >= 0 && asks_for_itself(d_.materials[size_t(m)]); });
   if (singular && (users_[instance.mesh] > 1 || stays)) {
@@ -439,7 +432,7 @@ void Scene::Builder::displace_meshes() {
     seen[instance.mesh] = true;
     BuiltMesh& mesh = s_.meshes_[instance.mesh];
     const std::span<const uint32_t> materials = s_.materials_of(instance);
-    if (mesh.empty() || mesh.strands || !mesh.grids.empty() ||  // neither hair nor volume objects move
+    if (mesh.triangles.empty() || !mesh.grids.empty() ||  // neither hair nor points nor volume objects move
         std::none_of(materials.begin(), materials.end(), [&](uint32_t m) { return s_.programs_[m].displaces(); }))
       continue;
     step("Displacing meshes", 0.4f);

@@ -70,7 +70,7 @@ def _only_shading(collected: Collected, update: bpy.types.DepsgraphUpdate) -> bo
     thing = update.id
     if isinstance(thing, bpy.types.Object):
         return thing.original in collected.shared and collected.shared[thing.original] == look_of(thing.original)
-    return isinstance(thing, (bpy.types.Mesh, bpy.types.Curve, bpy.types.Curves, bpy.types.MetaBall))
+    return isinstance(thing, (bpy.types.Mesh, bpy.types.Curve, bpy.types.Curves, bpy.types.PointCloud, bpy.types.MetaBall))
 
 
 def _is_alone(collected: Collected, thing: bpy.types.Object, update: bpy.types.DepsgraphUpdate) -> bool:

@@ -31,13 +31,15 @@ class MeshCache:
         """Called after each export: remove the entries that were not used."""
         self.known = {key: mesh for key, mesh in self.known.items() if key[0] in self._asked and key[1] < self._asked[key[0]]}
 
-    def key(self, context: ExportContext, owner: bpy.types.Object, data: bpy.types.Mesh | bpy.types.Curves | bpy.types.Volume, is_hair: bool = False) -> tuple:
+    def key(self, context: ExportContext, owner: bpy.types.Object, data: bpy.types.Mesh | bpy.types.Curves | bpy.types.PointCloud | bpy.types.Volume, is_hair: bool = False) -> tuple:
         name = (owner.name_full, data.name_full, *(["", *_systems(owner)] if is_hair else []))
         # Geometry nodes can create several meshes with the same name. Their order in the graph is always the same.
         number = self._asked.get(name, 0)
         self._asked[name] = number + 1
         if isinstance(data, bpy.types.Volume):
             size: tuple = (data.filepath, data.grids.frame_filepath, data.render.space)
+        elif isinstance(data, bpy.types.PointCloud):
+            size = (len(data.points),)
         elif not isinstance(data, bpy.types.Mesh):
             size = (len(data.points), len(data.curves), *strands.shape(context).values())
         elif is_hair:

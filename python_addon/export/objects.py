@@ -16,12 +16,10 @@ import numpy as np
 from .. import compat, plain, unsupported
 from ..ajar_module import ajar
 from ..translations import interface
-from . import lights, materials, mesh, motion, named_values, origins, smoke, strands, subdivision, volumes
+from . import lights, materials, mesh, motion, named_values, origins, points, smoke, strands, subdivision, volumes
 from .context import ExportContext, rows_3x4
 from .culling import Culling
 from .known_objects import OutOfDate, look_of
-
-NOT_YET = {"POINTCLOUD": "point clouds are not yet supported and do not render"}
 
 
 @dataclass
@@ -225,9 +223,6 @@ def _from_instancer(context: ExportContext, instance: bpy.types.DepsgraphObjectI
 
 
 def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object) -> bool:
-    if thing.type in NOT_YET:
-        context.warn(owner.name, NOT_YET[thing.type])
-        return False
     if smoke.domain_of(owner) is not None:
         return context.view_layer.use_volumes
     if not context.view_layer.use_solid and isinstance(thing.data, bpy.types.Mesh):
@@ -235,7 +230,7 @@ def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.typ
     if isinstance(thing.data, bpy.types.Volume):
         return context.view_layer.use_volumes
     # Curves, texts and metaballs are in the graph a second time, as instances of their evaluated mesh.
-    return isinstance(thing.data, (bpy.types.Mesh, bpy.types.Curves))
+    return isinstance(thing.data, (bpy.types.Mesh, bpy.types.Curves, bpy.types.PointCloud))
 
 
 def _geometry(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object, parent: bpy.types.Object | None,
@@ -416,14 +411,12 @@ def _export_mesh(context: ExportContext, geometry: Geometry) -> tuple[int, ajar.
     if is_surface and geometry.is_own and not geometry.data.is_editmode and subdivision.wanted(context, geometry.owner) is not None:
         return _export_faces(context, geometry)
     if cache is None:
-        found = _arrays(context, geometry) if is_surface else _strands(context, geometry)
-        add = description.add_mesh if is_surface else description.add_strands
-        return (add(**found) if found is not None else mesh.EMPTY), None
+        kind, found = _shape(context, geometry)
+        return (getattr(description, f"add_{kind}")(**found) if found is not None else mesh.EMPTY), None
     key = cache.key(context, geometry.owner, geometry.data, geometry.is_hair)
     if key not in cache.known:
-        found = _arrays(context, geometry) if is_surface else _strands(context, geometry)
-        make = ajar.make_mesh if is_surface else ajar.make_strands
-        cache.known[key] = make(**found) if found is not None else None
+        kind, found = _shape(context, geometry)
+        cache.known[key] = getattr(ajar, f"make_{kind}")(**found) if found is not None else None
         cache.exported += 1
     shared = cache.known[key]
     return (description.add_shared_mesh(shared) if shared is not None else mesh.EMPTY), shared
@@ -457,10 +450,16 @@ def _export_volume(context: ExportContext, geometry: Geometry) -> tuple[int, aja
     return (context.description.add_shared_mesh(found) if found is not None else mesh.EMPTY), found
 
 
-def _strands(context: ExportContext, geometry: Geometry) -> dict | None:
+def _shape(context: ExportContext, geometry: Geometry) -> tuple[str, dict | None]:
+    """The kind of geometry (mesh, strands or points), and the arguments of ajar.make_mesh, make_strands or make_points; None if it is empty."""
+    data = geometry.data
     if geometry.is_hair:
-        return strands.of_particles(context, geometry.owner, geometry.data)
-    return strands.of_curves(context, geometry.data, geometry.data.name)
+        return "strands", strands.of_particles(context, geometry.owner, data)
+    if isinstance(data, bpy.types.Mesh):
+        return "mesh", _arrays(context, geometry)
+    if isinstance(data, bpy.types.PointCloud):
+        return "points", points.of_cloud(context, data, geometry.owner.name)
+    return "strands", strands.of_curves(context, data, geometry.owner.name)
 
 
 def _arrays(context: ExportContext, geometry: Geometry) -> dict | None:

@@ -14,17 +14,12 @@ import numpy as np
 
 from .. import compat, plain
 from ..ajar_module import ajar
+from . import attributes
 
 if TYPE_CHECKING:
     from .context import ExportContext
 
 EMPTY_RADIUS = 0.005   # for hair curves without a radius, as in Cycles
-
-_DOMAINS = {"POINT": ajar.Domain.Vertex, "CURVE": ajar.Domain.Face}
-_VALUES = {  # data type of an attribute -> RNA name of its value, components, kind
-    "FLOAT": ("value", 1, np.float32), "INT": ("value", 1, np.int32), "BOOLEAN": ("value", 1, bool), "FLOAT2": ("vector", 2, np.float32),
-    "FLOAT_VECTOR": ("vector", 3, np.float32), "FLOAT_COLOR": ("color", 4, np.float32), "BYTE_COLOR": ("color", 4, np.float32),
-}
 
 
 # ---- Particle hair --------------------------------------------------------------------------------------------------------
@@ -124,30 +119,18 @@ def of_curves(context: ExportContext, curves: bpy.types.Curves, name: str) -> di
     position = curves.attributes.get("position")
     if strands == 0 or position is None or not context.view_layer.use_strand:
         return None
-    points = _read(position, "vector", 3, np.float32)
+    points = attributes.read(position)
     first = np.empty(strands, dtype=np.int32)
     curves.curves.foreach_get("first_point_index", first)
     radius = curves.attributes.get("radius")
-    radii = _read(radius, "value", 1, np.float32) if radius is not None and radius.domain == "POINT" else np.full(len(points), EMPTY_RADIUS, dtype=np.float32)
+    radii = attributes.read(radius) if radius is not None and radius.domain == "POINT" else np.full(len(points), EMPTY_RADIUS, dtype=np.float32)
     context.check_cancelled()
     coordinates = next((a.name for a in curves.attributes if a.data_type == "FLOAT2" and a.domain == "CURVE"), "")
-    attributes = [_attribute(curves.attributes[wanted]) for wanted in sorted(context.attribute_names | {coordinates})
-                  if wanted in curves.attributes and curves.attributes[wanted].data_type in _VALUES and curves.attributes[wanted].domain in _DOMAINS]
+    values = attributes.named(curves, context.attribute_names | {coordinates})
     if context.uses_generated:   # hair curves have none, so that the position in object space is used, as in Cycles
-        attributes.append((ajar.UNDEFORMED_POSITION, ajar.Domain.Vertex, points))
-    return {**shape(context), "name": name, "positions": points, "radii": radii, "strands": first.astype(np.uint32), "attributes": attributes,
+        values.append((ajar.UNDEFORMED_POSITION, ajar.Domain.Vertex, points))
+    return {**shape(context), "name": name, "positions": points, "radii": radii, "strands": first.astype(np.uint32), "attributes": values,
             "active_uv": coordinates, "texture_space_location": (0.5, 0.5, 0.5), "texture_space_size": (0.5, 0.5, 0.5)}
-
-
-def _read(attribute: bpy.types.Attribute, name: str, columns: int, kind: type) -> np.ndarray:
-    values: np.ndarray = np.empty(len(attribute.data) * columns, dtype=kind)
-    attribute.data.foreach_get(name, values)
-    return values.reshape(-1, columns) if columns > 1 else values
-
-
-def _attribute(attribute: bpy.types.Attribute) -> tuple:
-    value, components, kind = _VALUES[attribute.data_type]
-    return attribute.name, _DOMAINS[attribute.domain], _read(attribute, value, components, kind).astype(np.float32, copy=False).reshape(-1, components)
 
 
 def shape(context: ExportContext) -> dict:

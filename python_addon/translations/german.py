@@ -617,7 +617,6 @@ TEXTS = {
     "there is no camera for culling: all objects stay": "es gibt keine Kamera, nach der Objekte weggelassen werden könnten: alle bleiben",
     "if its geometry nodes give instances an attribute \"{attribute}\", it cannot be read":
         "falls seine Geometrieknoten Instanzen ein Attribut „{attribute}“ geben, kann es nicht gelesen werden",
-    "point clouds are not yet supported and do not render": "Punktwolken werden noch nicht unterstützt und nicht gerendert",
     "this Blender cannot read OpenVDB files in Python (Blender 4.4 and newer can); the volume does not render":
         "dieses Blender kann OpenVDB-Dateien nicht in Python lesen (Blender 4.4 und neuere können es); das Volumen wird nicht gerendert",
     "its file cannot be read and the volume does not render: {error}": "seine Datei kann nicht gelesen werden und das Volumen wird nicht gerendert: {error}",

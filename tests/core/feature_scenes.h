@@ -54,6 +54,22 @@ inline std::vector<TransportScene> feature_scenes() {
     add_object(d, curls(300, StrandShape::Ribbon), add_material(d, b), moved(Vec3(0.2f, 0.2f, -0.3f), 1.5f));
     d.lights.push_back(lamp);
   });
+  add("points", [&](SceneDescription& d) {
+    add_object(d, random_cloud(150, 0.02f), add_diffuse(d, Color(0.8f, 0.5f, 0.3f)),
+               moved(Vec3(0.2f, 0.2f, -0.3f), 0.6f));
+    d.lights.push_back(lamp);
+  });
+  // Light that crosses a point leaves at another place than the one where it is scattered. The points are small.
+  add("translucent_points", [&](SceneDescription& d) {
+    add_object(d, random_cloud(300, 0.015f), add_half_diffuse(d, "ShaderNodeBsdfTranslucent", 0.0f),
+               moved(Vec3(0.2f, 0.2f, -0.3f), 0.6f));
+    d.lights.push_back(lamp);
+  });
+  add("shining_points", [&](SceneDescription& d) {
+    add_object(d, random_cloud(20, 0.03f), add_diffuse(d, Color(0.3f), Color(3.0f, 2.0f, 1.0f)),
+               moved(Vec3(-0.3f, 0.2f, 0.2f), 0.4f));
+    d.lights.push_back(lamp);
+  });
   add("moving_ball", [&](SceneDescription& d) {
     add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
     move_instance(d, 1, moved(Vec3(-0.5f, 0.3f, -0.4f), 0.4f), moved(Vec3(0.5f, 0.3f, 0.2f), 0.4f));

@@ -143,10 +143,8 @@ def define_patterns() -> None:
     for properties, elevation, azimuth in ((high, 1.1, 0.3), (low, 0.04, 2.7), (low, -0.2, 2.0)):
         case("TexSky", "Color", properties, Vector=(math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth),
                                                     math.sin(elevation)))
-    for node, outputs in (("PointInfo", ("Position", "Radius", "Random")),
-                          ("VolumeInfo", ("Color", "Density", "Flame", "Temperature"))):
-        for output in outputs:   # evaluated on a mesh
-            case(node, output)
+    for output in ("Color", "Density", "Flame", "Temperature"):
+        case("VolumeInfo", output)   # evaluated on a mesh
     for i, file in enumerate(sorted(IES_FILES.glob("*.ies"))):   # half of the files as internal texts
         for z, turn in ((-1.0, 0.0), (-0.999, 1.0), (-0.93, 6.1), (-0.8, 2.0), (-0.6, 3.3), (-0.5, 4.9), (-0.2, 5.2), (-0.05, 0.7), (0.0, 1.6), (0.3, 2.9),
                         (0.9, 4.0), (-0.7, 0.0), (-0.7, -math.pi / 2)):

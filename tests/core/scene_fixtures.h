@@ -147,6 +147,28 @@ inline MeshDescription curls(int count, StrandShape shape) {
   return hair(strands, 0.02f, 0.002f, shape);
 }
 
+/// A point cloud.
+inline MeshDescription cloud(const std::vector<Vec3>& positions, const std::vector<float>& radii) {
+  MeshDescription mesh;
+  mesh.name = "Cloud";
+  mesh.positions = positions;
+  mesh.radii = radii;
+  mesh.texture_space_location = mesh.texture_space_size = Vec3(0.5f);
+  return mesh;
+}
+
+/// Points in the unit ball, with radii between `smallest` and three times of it.
+inline MeshDescription random_cloud(int count, float smallest) {
+  Pcg32 rng(9);
+  std::vector<Vec3> positions;
+  std::vector<float> radii;
+  for (int i = 0; i < count; ++i) {
+    positions.push_back(std::cbrt(rng.next_float()) * warp::square_to_sphere({rng.next_float(), rng.next_float()}));
+    radii.push_back(smallest * (1.0f + 2.0f * rng.next_float()));
+  }
+  return cloud(positions, radii);
+}
+
 /// Square [-half, half]^2 in the plane z = 0, facing +z.
 inline MeshDescription plane(float half) {
   MeshDescription mesh;

@@ -145,6 +145,14 @@ std::vector<TransportScene> further_scenes() {
     add_object(d, strands, add_material(d, b), ball);
     scenes.push_back({"hair_" + std::to_string(int(shape)), d});
   }
+  SceneDescription d = lit_room();
+  MeshDescription points = random_cloud(20, 0.05f);
+  points.attributes.push_back({"heat", Domain::Vertex, 1, std::vector<float>(20, 0.5f)});
+  GraphBuilder b;
+  const int info = b.node("ShaderNodePointInfo");
+  b.graph.surface = {b.node("ShaderNodeBsdfDiffuse", {linked_input("Color", info, "Random")}), "BSDF"};
+  add_object(d, points, add_material(d, b), ball);
+  scenes.push_back({"points", d});
   scenes.push_back({"lobes", many_lobes()});
   return scenes;
 }

@@ -109,6 +109,16 @@ void mutate(MeshDescription& mesh, Random& random) {
     }
     return;
   }
+  if (mesh.is_points() && below(random, 2)) {
+    switch (below(random, 3)) {
+      case 0:
+        if (float* radius = any_of(mesh.radii, random)) *radius = number(random);
+        break;
+      case 1: mesh.radii.pop_back(); break;
+      default: mesh.material_slots.assign(mesh.positions.size(), uint16_t(below(random, 3))); break;
+    }
+    return;
+  }
   switch (below(random, 5)) {
     case 0:
       if (Vec3* p = any_of(mesh.positions, random)) set_one_of(*p, random);

@@ -42,12 +42,13 @@ struct ShadingPoint {
   bool marks_subsurface = false;
   /// weights of the second and third vertex of the triangle; for strands, positions along and across the segment
   Vec2 barycentric{0.0f};
-  uint32_t primitive = 0;           ///< triangle of the mesh, or segment of its strands
+  uint32_t primitive = 0;           ///< triangle of the mesh, segment of its strands, or point of the cloud
   const BuiltMesh* mesh = nullptr;  ///< null for world and lamps
   const BuiltInstance* instance = nullptr;
   const Scene* scene = nullptr;               ///< null for world and lamps, and while a scene is being built
   const ObjectDescription* object = nullptr;  ///< for the node Object Info; may be null
-  /// world-space edge vectors p1-p0 and p2-p0 of the triangle; for strands, vectors along and across
+  /// world-space edge vectors p1-p0 and p2-p0 of the triangle; for strands, vectors along and across; for points, any two
+  /// tangents
   Vec3 dpdu{0.0f}, dpdv{0.0f};
   float ray_length = 0.0f;
   float time = 0.0f;

@@ -38,6 +38,31 @@ float hair_info(const ShadingPoint& point, HairOutput output) {
   return 0.0f;
 }
 
+bool is_point(const ShadingPoint& point) {
+  return point.mesh && point.mesh->points && point.primitive != kInsideVolume;
+}
+
+Vec3 point_info(const ShadingPoint& point, PointOutput output) {
+  if (!is_point(point) || !point.instance) return Vec3(0.0f);
+  const Vec4 sphere = point.mesh->points->spheres[point.primitive];
+  Mat4 moved;
+  switch (output) {
+    case PointOutput::Position:
+      return point.mesh->baked ? Vec3(sphere)
+                               : transform_point(world_from_object(*point.instance, point.time, moved), Vec3(sphere));
+    case PointOutput::Radius: {
+      if (point.mesh->baked) return Vec3(sphere.w);
+      const Mat4& world = world_from_object(*point.instance, point.time, moved);
+      return Vec3(sphere.w * glm::length(transform_vector(world, Vec3(1.0f))) / std::sqrt(3.0f));
+    }
+    case PointOutput::Random: {
+      const uint32_t key[] = {point.primitive, 0};
+      return Vec3(float(hash_words(key)) / float(0xffffffffu));
+    }
+  }
+  return Vec3(0.0f);
+}
+
 Vec3 hair_tangent_normal(const ShadingPoint& point) {
   if (!is_strand(point)) return Vec3(0.0f);
   return normalize_or_zero(point.wo - point.dpdu * (glm::dot(point.dpdu, point.wo) / length_squared(point.dpdu)));
@@ -102,7 +127,7 @@ Vec3 active_uv(const ShadingPoint& point) {
 namespace {
 
 int find_attribute(const BuiltMesh& mesh, const std::string& name) {
-  if (!name.empty()) return mesh.find_attribute(name);
+  if (!name.empty() || mesh.points) return mesh.find_attribute(name);
   for (size_t i = 0; i < mesh.attributes.size(); ++i)
     if (mesh.attributes[i].components == 4) return int(i);
   return -1;
@@ -163,7 +188,7 @@ namespace {
 
 /// The unit tangent of the triangle along u, in world space. `sign` is -1 on mirrored islands.
 bool triangle_tangent(const ShadingPoint& point, const std::string& name, Vec3& tangent, float& sign) {
-  if (!point.mesh || point.primitive == kInsideVolume || point.mesh->strands) return false;
+  if (!point.mesh || point.primitive == kInsideVolume || !point.mesh->has_triangles()) return false;
   const int index = name.empty() ? point.mesh->active_uv : point.mesh->find_attribute(name);
   if (index < 0) return false;
   const Attribute& uv = point.mesh->attributes[index];
@@ -196,7 +221,7 @@ Vec3 front_in_object_space(const ShadingPoint& point, Vec3 front) {
 }  // namespace
 
 bool smooth_tangent(const ShadingPoint& point, const std::string& uv, Vec3& tangent, float& sign) {
-  if (!point.mesh || point.primitive == kInsideVolume || point.mesh->strands) return false;
+  if (!point.mesh || point.primitive == kInsideVolume || !point.mesh->has_triangles()) return false;
   constexpr std::string_view kPrefix = kTangentOf;
   for (const Attribute& attribute : point.undisplaced ? point.mesh->undisplaced->tangents : point.mesh->attributes) {
     if (attribute.name.size() != kPrefix.size() + uv.size() || !attribute.name.starts_with(kPrefix) ||
@@ -266,7 +291,7 @@ Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, NormalMapGenera
 }
 
 bool is_near_edge(const ShadingPoint& point, float width) {
-  if (!point.mesh || point.primitive == kInsideVolume || point.mesh->strands) return false;
+  if (!point.mesh || point.primitive == kInsideVolume || !point.mesh->has_triangles()) return false;
   const Vec3 from_first = point.barycentric.x * point.dpdu + point.barycentric.y * point.dpdv;
   const float most = sqr(0.5f * width);
   const auto is_near = [&](Vec3 edge, Vec3 from_corner) {

@@ -42,6 +42,7 @@ enum class LightPathOutput : uint8_t {
   TransmissionDepth
 };
 enum class HairOutput : uint8_t { IsStrand, Intercept, Length, Thickness, Random };
+enum class PointOutput : uint8_t { Position, Radius, Random };
 enum class Axis : uint8_t { X, Y, Z };
 enum class Space : uint8_t { World, Object, Camera };
 /// First: the strength blends the normals. Second (Blender 4): in tangent space, it multiplies the slope. Third (Blender
@@ -55,6 +56,11 @@ bool is_strand(const ShadingPoint& point);
 /// 0 if the point is not on a strand. Lengths and thicknesses are in the object's space; the thickness for an object
 /// that occurs only once is in world space.
 float hair_info(const ShadingPoint& point, HairOutput output);
+/// True on points of a cloud.
+bool is_point(const ShadingPoint& point);
+/// 0 if the surface is not a point of a cloud. The position and the radius are in world space; the radius of an ellipsoid is
+/// its radius along the diagonal of the space of the object, as in Cycles. Numbers have three equal components.
+Vec3 point_info(const ShadingPoint& point, PointOutput output);
 /// The normal of a strand that is perpendicular to it and faces the eye.
 Vec3 hair_tangent_normal(const ShadingPoint& point);
 Vec3 object_normal(const ShadingPoint& point);

@@ -355,15 +355,15 @@ bool volume_info(ProgramBuilder& b, int, std::string_view output, Value& value) 
   return true;
 }
 
-/// On surfaces, properties of points are zero.
-bool nothing_of_surfaces(ProgramBuilder& b, int, std::string_view output, Value& value) {
-  if (output == "Color")
-    value = b.constant(Vec3(0.0f), Color);
-  else if (output == "Tangent Normal" || output == "Position")
-    value = b.constant(Vec3(0.0f), Vector);
-  else
-    value = b.constant(0.0f);
-  return true;
+bool point_info_node(ProgramBuilder& b, int, std::string_view output, Value& value) {
+  static constexpr std::string_view kOutputs[] = {"Position", "Radius", "Random"};  // in the order of PointOutput
+  for (int i = 0; i < int(std::size(kOutputs)); ++i) {
+    if (output != kOutputs[i]) continue;
+    value = b.emit(Op::PointInfo, Vector, {}, i);
+    if (i > 0) value = b.part(value, 0);
+    return true;
+  }
+  return false;
 }
 
 constexpr NodeType kNodes[] = {
@@ -388,7 +388,7 @@ constexpr NodeType kNodes[] = {
     {"ShaderNodeRaycast", raycast_node},
     {"ShaderNodeHairInfo", hair_info_node},
     {"ShaderNodeParticleInfo", particle_info},
-    {"ShaderNodePointInfo", nothing_of_surfaces},
+    {"ShaderNodePointInfo", point_info_node},
     {"ShaderNodeVolumeInfo", volume_info},
 };
 

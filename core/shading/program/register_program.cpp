@@ -368,6 +368,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
         break;
       case Op::HairInfo: *out = nodes::hair_info(point, nodes::HairOutput(i->variant)); break;
       case Op::HairTangentNormal: store3(nodes::hair_tangent_normal(point)); break;
+      case Op::PointInfo: store3(nodes::point_info(point, nodes::PointOutput(i->variant))); break;
       case Op::VectorTransform: store3(vector_transform(point, i->variant, tables.matrices[i->data], v(0))); break;
     }
   }

@@ -129,7 +129,7 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
   size_t varying = 0;
   for (uint32_t i = 0; i < scene.instances().size(); ++i) {
     const BuiltInstance& instance = scene.instances()[i];
-    if (scene.meshes()[instance.mesh].strands) continue;  // strands enclose no volume
+    if (!scene.meshes()[instance.mesh].has_triangles()) continue;  // strands and points enclose no volume
     Vec3 lower(kInfinity), upper(-kInfinity);
     for (const uint32_t material : scene.materials_of(instance)) {
       const ShaderProgram& program = scene.programs()[material];

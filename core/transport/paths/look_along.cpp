@@ -71,9 +71,10 @@ bool look_ray(const Scene& scene, const PathVertex& light_end, const PathVertex&
     ray.t_max = distance;
   else
     ray = end_before(ray, place_of(scene, to, from.position(), direction, distance));
-  // Ribbons face each ray: the ray ends where it enters the tube that they stand for.
-  if (on_strand(to.point)) [[unlikely]]
-    ray.t_max -= way_out_of_strand(to.point, -direction);
+  // Ribbons face each ray: the ray ends where it enters the tube that they stand for. A ray that leaves a sphere inwards
+  // passes through it.
+  if (on_strand_or_point(to.point)) [[unlikely]]
+    ray.t_max -= way_out(to.point, -direction);
   look.from_eye_end = from_eye_end;
   look.from = &from;
   look.to = &to;

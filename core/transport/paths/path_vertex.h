@@ -84,7 +84,8 @@ struct PathVertex {
   bool scatters() const { return kind == VertexKind::Medium || !shading.bsdf.empty(); }
   /// Whether photons are stored and looked up here.
   bool stores_photons() const {
-    return kind == VertexKind::Surface && shading.bsdf.has_non_delta() && !on_strand(point) && !has_subsurface();
+    return kind == VertexKind::Surface && shading.bsdf.has_non_delta() && !on_strand_or_point(point) &&
+           !has_subsurface();
   }
   /// Such vertices are never merged with photons.
   bool has_subsurface() const { return kind == VertexKind::Surface && (exit || shading.bsdf.has_subsurface()); }

@@ -17,7 +17,7 @@ struct Events {
 Events events_at(const Path& path, int i, uint32_t visibility) {
   const PathVertex& vertex = path.vertices[size_t(i)];
   const glm::dvec3 f(path.scattering[size_t(i)].f);
-  if (vertex.kind == VertexKind::Medium || on_strand(vertex.point)) return {f, glm::dvec3(0.0), true};
+  if (vertex.kind == VertexKind::Medium || on_strand_or_point(vertex.point)) return {f, glm::dvec3(0.0), true};
   if (vertex.specular || !has_rough_lobe(vertex.shading.bsdf)) return {glm::dvec3(0.0), f};
   const LobeSplit split(vertex.shading.bsdf, path.to_eye(i));
   if (!split.sharp() || !split.sharp()->has_non_delta()) return {f, glm::dvec3(0.0)};

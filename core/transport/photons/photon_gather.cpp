@@ -53,7 +53,7 @@ Color PhotonGatherer::partial_light(const ShadingPoint& point, const Bsdf& bsdf,
 }
 
 bool PhotonGatherer::below_surface(EyeWalk& walk, Numbers numbers, Color& beta) {
-  if (!walk.shading.bsdf.has_subsurface() || on_strand(walk.point)) [[likely]]
+  if (!walk.shading.bsdf.has_subsurface() || on_strand_or_point(walk.point)) [[likely]]
     return true;
   numbers.sampler.set_dimension(numbers.dimension);
   return walk_below_or_stay(scene_, walk.hit.instance,
@@ -112,7 +112,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     if (at_bounce_limit && is_black(transparency)) break;
     const uint32_t base = kCameraDimensions + kVertexDimensions * vertex;
     if (!at_bounce_limit && !below_surface(walk, {sampler_, base + kSubsurface}, beta)) break;
-    const LobeSplit split(shading.bsdf, point.wo, on_strand(point));
+    const LobeSplit split(shading.bsdf, point.wo, on_strand_or_point(point));
     if (split.rough() && !at_bounce_limit) {
       // The number of gather rays at a surface that is seen by reflection is in proportion to the throughput.
       const int rays = std::max(1, int(std::ceil(float(settings_.rays) * std::min(1.0f, max_component(beta)))));
@@ -259,7 +259,7 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
     if (!maps_.has_global && !log_ && is_black(shading.bsdf.transparency())) break;
     if (!at_bounce_limit && !below_surface(walk, {sampler, dimension + kVertexDimensions * vertex + kSubsurface}, beta))
       break;
-    const LobeSplit split(shading.bsdf, point.wo, on_strand(point));
+    const LobeSplit split(shading.bsdf, point.wo, on_strand_or_point(point));
     if (split.rough() && !at_bounce_limit && log_) log_arrival(ArrivalMap::kGathered, point, throughput * beta);
     if (split.rough() && !at_bounce_limit && maps_.has_global) {
       const bool near = straight && depth < 2 && length < kNear * maps_.global_radius;
@@ -268,8 +268,8 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
     }
     if (!split.sharp()) break;
     const uint32_t base = dimension + kVertexDimensions * vertex;
-    // No photons are stored on hair: direct light is sampled here, and the ray that goes on finds all other light.
-    if (on_strand(point) && !at_bounce_limit)
+    // No photons are stored on hair and points: direct light is sampled here, and the ray that goes on finds all other light.
+    if (on_strand_or_point(point) && !at_bounce_limit)
       radiance += beta * direct_light(point, *split.sharp(), {media, walk.hit}, sampler, base + kSharpLight);
     const auto sample = sample_sharp(*split.sharp(), point.wo, {sampler, base + kLobe});
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
@@ -279,7 +279,7 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
       if (!(max_component(beta) > 0.0f) || !walk.pass_through()) break;
       continue;
     }
-    straight = on_strand(point);
+    straight = on_strand_or_point(point);
     if (straight) origin = origin_at(point, split.sharp()->receiving_normal(), hit_pdf(*sample));
     if (at_bounce_limit || !maps_.has_global) break;
     count_bounce(*sample, point, point);
@@ -306,7 +306,7 @@ bool PhotonGatherer::find_rough(Ray ray, ShadingPoint& point, SurfaceShading& sh
     walk.shade();
     point = walk.point;
     shading = walk.shading;
-    const LobeSplit split(shading.bsdf, point.wo, on_strand(point));
+    const LobeSplit split(shading.bsdf, point.wo, on_strand_or_point(point));
     if (split.rough()) return true;
     if (!split.sharp()) return false;
     const float u_lobe = sampler_.get_1d();

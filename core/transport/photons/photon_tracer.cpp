@@ -170,8 +170,8 @@ class BlockTracer {
       point.ray_kind = kRayDiffuse | kRayReflection;
       point.ray_depth = point.diffuse_depth = 1;
       scene_.material(hit).evaluate_surface(point, shading_);
-      const bool hair = on_strand(point);
-      const LobeSplit split(shading_.bsdf, point.wo, hair);
+      const bool small = on_strand_or_point(point);
+      const LobeSplit split(shading_.bsdf, point.wo, small);
       // Lookups would not separate the kinds of lobes that see the light: they sample such a light themselves.
       const bool separated = flags_.partial() && bounces.total == 0;
       const bool lit = is_lit(point.position, ray.direction) &&
@@ -193,7 +193,7 @@ class BlockTracer {
       soft_lamp_.reset();
       if (separated && !keep_visible(point, *(was_rough_ ? split.rough() : split.sharp()), *sample, flux)) return;
       bounces.add(*sample);
-      bounces.only_sharp &= !was_rough_ && !hair;
+      bounces.only_sharp &= !was_rough_ && !small;
       if (!(emission_.plan.global && bounces.global(limits)) && !bounces.caustic(limits)) return;
       kind = ray_kind_after(*sample);
       if (media_ && glm::dot(sample->wi, point.ng) < 0.0f) media_->cross(hit, !point.backfacing, stack_);

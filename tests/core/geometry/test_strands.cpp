@@ -314,6 +314,18 @@ TEST(Strands, strands_without_length_are_omitted) {
   EXPECT_NEAR(glm::length(point.ns), 1.0f, 1e-5f);
 }
 
+TEST(Strands, hair_without_any_length_is_reported_and_the_rest_renders) {
+  SceneDescription d = empty_scene();
+  add_object(d, hair({{{0, 0, 0}, {0, 0, 0}}, {{1, 0, 0}, {1, 0, 0}}}, 0.1f, 0.1f), add_diffuse(d, Color(0.5f)));
+  add_object(d, plane(1.0f), add_diffuse(d, Color(0.5f)));
+  Diagnostics diagnostics;
+  const auto scene = build(d, &diagnostics);
+  const Diagnostic* found = find(diagnostics, "No strand has a length");
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->object, "Hair");
+  EXPECT_TRUE(meets(*scene, {0, 0, 5}, {0, 0, -1}));
+}
+
 TEST(Strands, emissive_strands_are_not_lights_and_are_reported) {
   SceneDescription d = empty_scene();
   add_object(d, straight(StrandShape::Ribbon), add_diffuse(d, Color(0.5f), Color(2.0f)));

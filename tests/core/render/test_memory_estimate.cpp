@@ -47,6 +47,7 @@ double estimated_arrays(const SceneDescription& d) {
   for (const MeshDescription& mesh : d.meshes) {
     const size_t segments = mesh.strands.empty() ? 0 : mesh.positions.size() - mesh.strands.size();
     structures += double(mesh.triangles.size() * kStructureBytesPerTriangle + segments * kStructureBytesPerSegment +
+                         (mesh.is_points() ? mesh.positions.size() * kStructureBytesPerPoint : 0) +
                          kStructureBytesPerMesh);
   }
   return double(part(estimate_memory(d), "geometry").bytes) - structures;
@@ -81,6 +82,8 @@ TEST(MemoryEstimate, of_the_arrays_of_a_mesh_is_exact) {
     meshes.push_back(mesh);
   }
   for (const StrandShape shape : {StrandShape::Ribbon, StrandShape::Round}) meshes.push_back(curls(100, shape));
+  meshes.push_back(random_cloud(100, 0.02f));
+  meshes.back().material_slots.assign(100, 0);
   for (size_t i = 0; i < meshes.size(); ++i) {
     SceneDescription d = lit(16);
     add_object(d, meshes[i], add_diffuse(d, Color(0.5f)));
@@ -89,12 +92,13 @@ TEST(MemoryEstimate, of_the_arrays_of_a_mesh_is_exact) {
 }
 
 // The upper bound is twice the memory, because the minimum that was measured (memory_estimate.h) is 54 of 96 bytes for
-// a triangle and 116 of 144 bytes for a segment.
+// a triangle, 116 of 144 bytes for a segment, and 21 of 38 bytes for a point.
 TEST(MemoryEstimate, of_structures_is_between_their_memory_and_twice_of_it) {
   std::vector<MeshDescription> meshes{sphere(60), sphere(200)};
   for (const float size : {0.001f, 0.02f, 0.3f}) meshes.push_back(separate_triangles(20000, size));
   for (const StrandShape shape : {StrandShape::Ribbon, StrandShape::Round})
     for (const int count : {1000, 4000}) meshes.push_back(curls(count, shape));
+  for (const int count : {1000, 20000, 200000}) meshes.push_back(random_cloud(count, 0.01f));
   for (size_t i = 0; i < meshes.size(); ++i) {
     SceneDescription d = lit(16);
     add_object(d, meshes[i], add_diffuse(d, Color(0.5f)));
