@@ -536,7 +536,7 @@ TEXTS = {
     "Texture Resolution is not supported: textures keep their size": "Texturauflösung wird nicht unterstützt: Texturen behalten ihre Größe",
     "Sample Offset is not supported: choose another seed instead": "Versatz der Abtastwerte wird nicht unterstützt: stattdessen einen anderen Startwert wählen",
     "Sample Subset is not supported: choose another seed instead": "Teilmengen von Abtastwerten werden nicht unterstützt: stattdessen einen anderen Startwert wählen",
-    "stereoscopy is not supported: views other than the first stay black": "Stereoskopie wird nicht unterstützt: alle Ansichten außer der ersten bleiben schwarz",
+    "spherical stereo is not supported: both eyes see from the centre": "Sphärisches Stereo wird nicht unterstützt: beide Augen sehen von der Mitte aus",
     "the pass {name} is not supported and stays black": "der Durchgang {name} wird nicht unterstützt und bleibt schwarz",
     "the pass {name} is not supported": "der Durchgang {name} wird nicht unterstützt",
     "the pass Shadow Catcher is not supported": "der Durchgang Schattenfänger wird nicht unterstützt",

@@ -115,7 +115,7 @@ ABSENT = {
     ("ViewLayer", "pass_cryptomatte_depth"): "setting of Cryptomatte, which is reported",
     ("ViewLayer", "use_pass_cryptomatte_accurate"): "setting of Cryptomatte, which is reported",
     ("ViewLayer", "pass_alpha_threshold"): "data passes of Ajar show the first surface that is not fully transparent",
-    **{("CameraStereoData", name): "stereoscopy is reported" for name in ("use_spherical_stereo", "use_pole_merge", "pole_merge_angle_from", "pole_merge_angle_to")},
+    **{("CameraStereoData", name): "spherical stereo is reported" for name in ("use_spherical_stereo", "use_pole_merge", "pole_merge_angle_from", "pole_merge_angle_to")},
     **{("Object", f"shadow_terminator_{name}_offset"): REPORTED for name in ("shading", "normal")},
     ("RenderSettings", "preview_pixel_size"): "views of Ajar always begin with large pixels",
     ("RenderSettings", "use_persistent_data"): "setting of the memory of Cycles between renders",
