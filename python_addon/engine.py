@@ -16,7 +16,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import compat, denoise, headless, hints, last_render, learning, passes, pausing, photon_overlay, plain, render_progress, viewport
+from . import bake, compat, denoise, headless, hints, last_render, learning, passes, pausing, photon_overlay, plain, render_progress, viewport
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
 from .export.camera import CENTRE, Eye
@@ -81,6 +81,14 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                 pausing.end(self.is_preview)
         if interrupt.raised and headless.renders_from_command_line():
             interrupt.leave_after_writing()
+
+    def bake(self, depsgraph: bpy.types.Depsgraph, object: bpy.types.Object, pass_type: str, pass_filter: int, width: int, height: int) -> None:
+        try:
+            bake.bake(self, depsgraph, object, pass_type, pass_filter, width, height)
+        except ExportCancelled:
+            pass
+        except (bake.CannotBake, OSError, RuntimeError) as error:
+            self._fail(str(error))
 
     def update_render_passes(self, scene: bpy.types.Scene, renderlayer: bpy.types.ViewLayer) -> None:
         for item in passes.wanted(renderlayer):

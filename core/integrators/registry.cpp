@@ -40,7 +40,8 @@ constexpr IntegratorInfo kIntegrators[] = {
      .make = make_path_tracer,
      .walks_below_surfaces = true,
      .knows_parts = true,
-     .can_guide = true},
+     .can_guide = true,
+     .bakes = true},
     {.name = "bdpt",
      .number = 7,
      .label = "Bidirectional Path Tracing",
@@ -99,7 +100,8 @@ constexpr IntegratorInfo kIntegrators[] = {
      .walks_below_surfaces = true,
      .follows_hints = true,
      .gathers_photons = true,
-     .takes_further_samples = true},
+     .takes_further_samples = true,
+     .bakes = true},
     {.name = "irradiance_cache",
      .number = 8,
      .label = "Irradiance Caching",
@@ -107,7 +109,8 @@ constexpr IntegratorInfo kIntegrators[] = {
      .sentence = "Diffuse indirect light, computed at few points and interpolated.",
      .make = make_irradiance_cache,
      .walks_below_surfaces = true,
-     .stores_records = true}};
+     .stores_records = true,
+     .bakes = true}};
 
 }  // namespace
 

@@ -43,6 +43,7 @@ REPLACED = {
                     *(f"fisheye_polynomial_k{i}" for i in range(5)))},
     ("CyclesRenderLayerSettings", "use_pass_volume_direct"): ("AjarViewLayerSettings", "use_pass_volume_direct"),
     ("CyclesRenderLayerSettings", "use_pass_volume_indirect"): ("AjarViewLayerSettings", "use_pass_volume_indirect"),
+    ("CyclesRenderSettings", "bake_type"): ("AjarSceneSettings", "bake_type"),
     ("CyclesRenderLayerSettings", "pass_debug_sample_count"): ("AjarViewLayerSettings", "use_pass_sample_count"),
     ("CyclesRenderLayerSettings", "denoising_store_passes"): ("AjarViewLayerSettings", "use_pass_denoising"),
 }
@@ -51,7 +52,7 @@ REPORTED = "not supported yet; python_addon/unsupported.py reports it"
 NOISE = "changes the noise of Cycles, not its expected image"
 DEVICE = "affects the speed and memory of the devices of Cycles"
 DENOISER = "setting of the denoiser of Cycles; Ajar's denoiser has one switch for renders and one for the view"
-BAKE = "Ajar does not bake"
+MULTIRES = "the baking of multiresolution modifiers is an operator of Blender and has no engine"
 STEPS = "setting of the ray marching of Cycles; Ajar samples volumes without steps"
 VOLUMES = "not read: grids keep their values with 32 bits, and do not blur by their velocity"
 MNEE = "setting of the shadow caustics of Cycles; Ajar finds caustics without marked objects"
@@ -77,7 +78,6 @@ ABSENT = {
     **{("CyclesRenderSettings", name): STEPS for name in ("volume_step_rate", "volume_preview_step_rate", "volume_max_steps", "volume_biased")},
     **{("CyclesRenderSettings", name): "setting of adaptive subdivision, which is reported for the object" for name in (
         "dicing_rate", "preview_dicing_rate", "max_subdivisions", "dicing_camera", "offscreen_dicing_scale")},
-    ("CyclesRenderSettings", "bake_type"): BAKE,
     **{("template_ID", f"{name}_collection"): "light linking is not supported yet; it is reported for the object. Since 4.3, Blender shows it for every engine" for name in ("receiver", "blocker")},
     ("CyclesMaterialSettings", "use_transparent_shadow"): REPORTED,
     ("CyclesMaterialSettings", "use_bump_map_correction"): REPORTED,
@@ -121,13 +121,14 @@ ABSENT = {
     ("RenderSettings", "use_persistent_data"): "setting of the memory of Cycles between renders",
     ("RenderSettings", "hair_type"): "setting of Eevee",
     ("RenderSettings", "hair_subdiv"): "setting of Eevee",
-    ("RenderSettings", "use_bake_multires"): BAKE,
+    **{("RenderSettings", name): MULTIRES for name in ("use_bake_multires", "bake_type", "bake_margin", "use_bake_clear", "use_bake_lores_mesh", "bake_margin_type")},
+    **{("BakeSettings", name): MULTIRES for name in ("use_multires", "type", "use_lores_mesh", "displacement_space")},
     ("WorldLighting", "ao_factor"): "setting of Fast GI, which is reported",
     ("WorldLighting", "distance"): "setting of Fast GI, which is reported",
     **{("Volume", name): VOLUMES for name in ("velocity_grid", "velocity_scale", "velocity_unit")},
     **{("VolumeRender", name): VOLUMES for name in ("clipping", "precision", "step_size")},
 }
-ABSENT_STRUCTS = {"BakeSettings": BAKE}
+ABSENT_STRUCTS: dict[str, str] = {}
 
 PASSES = {
     "Debug Sample Count": "replaced by Sample Count, which has the number of samples and not a fraction",
