@@ -255,6 +255,26 @@ void set_motion(SceneDescription& description, const Array<int32_t>& instances, 
   }
 }
 
+/// Sets what each pixel sees: three corners with the directions to the eye, and the barycentric coordinates with their
+/// changes along x and y.
+void set_texels(CameraDescription& camera, const Array<bool>& shown, const Floats& corners, const Floats& eye,
+                const Floats& barycentric) {
+  const size_t count = check_rows(shown, 1, "shown");
+  if (check_rows(corners, 9, "corners") != count || check_rows(eye, 9, "eye") != count ||
+      check_rows(barycentric, 6, "barycentric") != count)
+    throw py::value_error("shown, corners, eye and barycentric must have one row per texel");
+  const auto three = [](const float* at) {
+    return std::array{Vec3(at[0], at[1], at[2]), Vec3(at[3], at[4], at[5]), Vec3(at[6], at[7], at[8])};
+  };
+  camera.texels.resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    const float* b = barycentric.data() + 6 * i;
+    camera.texels[i] = {
+        shown.data()[i], three(corners.data() + 9 * i), three(eye.data() + 9 * i), {b[0], b[1]}, {b[2], b[3]},
+        {b[4], b[5]}};
+  }
+}
+
 void set_color_spaces(SceneDescription& description, std::string config, std::string working_space) {
   description.color = {std::move(config), std::move(working_space)};
 }
@@ -316,7 +336,8 @@ void bind_enums(py::module_& module) {
   py::enum_<CameraKind>(module, "CameraKind", "The kind of a camera.")
       .value("Perspective", CameraKind::Perspective, "Central projection.")
       .value("Orthographic", CameraKind::Orthographic, "Parallel projection.")
-      .value("Panorama", CameraKind::Panorama, "One of PanoramaKind.");
+      .value("Panorama", CameraKind::Panorama, "One of PanoramaKind.")
+      .value("Texels", CameraKind::Texels, "Each pixel sees its own place on a surface, for baking.");
   py::enum_<PanoramaKind>(module, "PanoramaKind", "The projection of a panoramic camera.")
       .value("Equirectangular", PanoramaKind::Equirectangular, "Longitude and latitude.")
       .value("FisheyeEquidistant", PanoramaKind::FisheyeEquidistant, "The radius is proportional to the angle.")
@@ -625,6 +646,13 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("motion", &CameraDescription::motion,
                      "list of lists of 12 floats. `world_from_camera` at evenly spaced times while the shutter is "
                      "open. An empty list means that the camera does not move.")
+      .def("set_texels", &set_texels, py::arg("shown"), py::arg("corners"), py::arg("eye"), py::arg("barycentric"),
+           "Set what each pixel sees when `kind` is Texels; rows from the bottom up.\n\n"
+           "shown: bool array [n]; the other pixels see nothing. corners: float array [n, 9], metres in world space, "
+           "three "
+           "corners of a triangle. eye: float array [n, 9], unit directions to the eye at the corners. barycentric: "
+           "float array [n, 6], the coordinates of the first two corners, how they change to the next pixel along x, "
+           "and along y. Raises ValueError if the numbers of rows differ.")
       .def_readwrite("shutter", &CameraDescription::shutter,
                      "list of floats, ascending from 0 to 1. The times at which equal shares of the light have "
                      "arrived. An empty list means that the shutter opens and closes instantly.");

@@ -144,6 +144,7 @@ void bind_reports(py::module_& module) {
       .def_readonly("label", &IntegratorInfo::label, "str. The name in the user interface.")
       .def_readonly("bias", &IntegratorInfo::bias, "Bias. The bias of the image.")
       .def_readonly("sentence", &IntegratorInfo::sentence, "str. One sentence for the artist.")
+      .def_readonly("bakes", &IntegratorInfo::bakes, "bool. Whether it renders what CameraKind.Texels sees.")
       .def_readonly("can_merge", &IntegratorInfo::can_merge,
                     "bool. Whether `RenderSettings.vertex_merging` has an effect.")
       .def_readonly("follows_hints", &IntegratorInfo::follows_hints, "bool. Whether the integrator uses light hints.");

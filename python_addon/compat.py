@@ -128,7 +128,12 @@ def hair_tilt() -> str:
 
 
 def ies_is_seen_from_eye() -> bool:
-    """Whether IES textures of surfaces without a vector use the direction to the eye; up to 3.6, the normal."""
+    """Whether IES textures without a vector use the direction to the eye; up to 3.6, the normal."""
+    return bpy.app.version >= (4, 0)
+
+
+def lamps_have_a_space() -> bool:
+    """Whether Vector Transform in the nodes of a lamp knows the space of the lamp. Up to 3.6 it is that of the world."""
     return bpy.app.version >= (4, 0)
 
 
@@ -301,6 +306,16 @@ def write_pass(target: bpy.types.RenderPass, values: np.ndarray) -> None:
         target.rect.foreach_set(values.ravel())
     except TypeError:
         target.rect.foreach_set(values)
+
+
+def read_pass(source: bpy.types.RenderPass, pixels: int) -> np.ndarray:
+    """The values [pixels, channels] of a pass."""
+    values = np.empty((pixels, source.channels), dtype=np.float32)
+    try:
+        source.rect.foreach_get(values.ravel())
+    except TypeError:
+        source.rect.foreach_get(values)
+    return values
 
 
 # ---- Images -----------------------------------------------------------------------------------------------------------

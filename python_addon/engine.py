@@ -1,6 +1,7 @@
 """The render engine AJAR: a render from the dependency graph to Blender's render result.
 
-Blender calls `render` for each view layer in a separate thread, or in the main thread in background mode. The renderer has its own threads; the
+Blender calls `render` for each view layer in a separate thread, or in the main thread in background mode. With stereoscopy, each view of the layer is a
+render of its own. The renderer has its own threads; the
 calling thread polls it every tenth of a second, passes new images to Blender, and checks whether the render was cancelled. Previews of materials,
 worlds and lamps are renders as well. The rendered 3D view is in `viewport.py`.
 """
@@ -15,9 +16,10 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import compat, denoise, headless, hints, last_render, learning, passes, pausing, photon_overlay, plain, render_progress, viewport
+from . import bake, compat, denoise, headless, hints, last_render, learning, passes, pausing, photon_overlay, plain, render_progress, viewport
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
+from .export.camera import CENTRE, Eye
 from .interrupt import Interrupt
 from .translations import interface, report
 
@@ -46,6 +48,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     viewport: viewport.Viewport | None = None   # Blender keeps an engine object for each 3D view
     watched = False
     _next_words = 0.0
+    _view = ""                  # the view that is rendered, with stereoscopy
+    _share = (0.0, 1.0)         # of the progress: before this view, and of this view
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         if self.viewport is None:
@@ -68,7 +72,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         options = headless.preview() if self.is_preview else headless.current()
         with Interrupt() as interrupt:
             try:
-                self._render(depsgraph, options, lambda: interrupt.raised or self.test_break())
+                self._render_views(depsgraph, options, lambda: interrupt.raised or self.test_break())
             except ExportCancelled:
                 pass
             except (RenderFailed, OSError, RuntimeError) as error:
@@ -78,6 +82,14 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         if interrupt.raised and headless.renders_from_command_line():
             interrupt.leave_after_writing()
 
+    def bake(self, depsgraph: bpy.types.Depsgraph, object: bpy.types.Object, pass_type: str, pass_filter: int, width: int, height: int) -> None:
+        try:
+            bake.bake(self, depsgraph, object, pass_type, pass_filter, width, height)
+        except ExportCancelled:
+            pass
+        except (bake.CannotBake, OSError, RuntimeError) as error:
+            self._fail(str(error))
+
     def update_render_passes(self, scene: bpy.types.Scene, renderlayer: bpy.types.ViewLayer) -> None:
         for item in passes.wanted(renderlayer):
             self.register_pass(scene, renderlayer, item.shown, len(item.letters), item.letters, item.kind)
@@ -86,7 +98,24 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                 if item is passes.NOISY or plain.of(renderlayer.ajar).use_pass_denoising_error:
                     self.register_pass(scene, renderlayer, item.shown, len(item.letters), item.letters, item.kind)
 
-    def _render(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, is_cancelled) -> None:
+    def _render_views(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, is_cancelled) -> None:
+        if self.is_preview or not depsgraph.scene.render.use_multiview:
+            self._render(depsgraph, options, is_cancelled, CENTRE)
+            return
+        names = [view.name for view in self.get_result().views]
+        for number, self._view in enumerate(names):
+            if is_cancelled():
+                return
+            self._share = (number / len(names), 1.0 / len(names))
+            self.active_view_set(self._view)   # decides which camera `camera_override` is, too
+            self._render(depsgraph, options, is_cancelled, self._eye())
+
+    def _eye(self) -> Eye:
+        """Where the active view sees from."""
+        return Eye(lambda camera: self.camera_model_matrix(camera, use_spherical_stereo=self.use_spherical_stereo(camera)),
+                   lambda camera: self.camera_shift_x(camera, use_spherical_stereo=self.use_spherical_stereo(camera)), self.use_spherical_stereo)
+
+    def _render(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, is_cancelled, eye: Eye) -> None:
         started = time.monotonic()
         scene = depsgraph.scene_eval
         wanted = passes.wanted(depsgraph.view_layer_eval)
@@ -94,7 +123,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         needed = denoise.NEEDED if denoises else ()
         exported = export_scene(depsgraph, options, list(dict.fromkeys([*(item.name for item in wanted), *needed])), self.camera_override or scene.camera,
                                 is_cancelled, lambda step: self._show(depsgraph, interface("Exporting {step}", step=interface(step))),
-                                None if self.is_preview else self.frame_set)
+                                None if self.is_preview else self.frame_set, eye)
         scene = depsgraph.scene_eval   # read again, since the export of motion blur has evaluated it again
         export_seconds = time.monotonic() - started
         for name, message in exported.warnings:
@@ -106,12 +135,12 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             expected = denoise.expected_seconds(settings.width * settings.height, settings.seconds, settings.threads)
             settings.seconds = max(0.5 * settings.seconds, settings.seconds - expected)
         if options.dump_scene is not None:
-            ajar.save_description(exported.description, str(options.dump_scene))
+            ajar.save_description(exported.description, self._of_view(options.dump_scene))
 
         noise_target = settings.target_error   # starting the session empties the description
         hint_points = hints.points_of(exported.description)
         session = ajar.Session()
-        learner = (scene.name, depsgraph.view_layer.name, self.active_view_get())
+        learner = (scene.name, depsgraph.view_layer.name, self._view)
         carries = not self.is_preview and learning.is_carried(scene, options)
         if carries:
             session.begin_with(learning.of(learner))
@@ -149,10 +178,14 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     def _denoises(self, scene: bpy.types.Scene, options: headless.Options) -> bool:
         return not self.is_preview and (plain.of(scene.ajar).use_denoise if options.denoise is None else options.denoise)
 
+    def _of_view(self, path: Path) -> str:
+        """The file of the view that is rendered."""
+        return str(path.with_name(f"{path.name}.{self._view}") if self._view else path)
+
     def _checkpoints(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, session: ajar.Session,
                      description: ajar.SceneDescription) -> Callable[[], None]:
-        """Resume from the checkpoint of the command line or the panel, and return a function that writes checkpoints. Each view layer has its own
-        file; with the panel, each frame has one as well."""
+        """Resume from the checkpoint of the command line or the panel, and return a function that writes checkpoints. Each view layer and
+        each view has its own file; with the panel, each frame has one as well."""
         settings = depsgraph.scene.ajar
         of_panel = Path(bpy.path.abspath(settings.checkpoint_path)) if settings.use_checkpoint else None
         if of_panel is not None:
@@ -162,7 +195,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         several = sum(layer.use for layer in depsgraph.scene.view_layers) > 1
 
         def of_layer(path: Path) -> str:
-            return str(path.with_name(f"{path.name}.{depsgraph.view_layer.name}") if several else path)
+            return self._of_view(path.with_name(f"{path.name}.{depsgraph.view_layer.name}") if several else path)
         if resume is None and of_panel is not None and settings.use_resume and Path(of_layer(of_panel)).is_file():
             resume = of_panel
         if self.is_preview or (write is None and resume is None):
@@ -179,7 +212,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         save_checkpoint()   # the first call writes nothing; after it, the session keeps a checkpoint of each iteration
         while not session.wait(PREVIEW_POLL_SECONDS if self.is_preview else POLL_SECONDS):
             progress = session.progress()
-            self.update_progress(progress.fraction)
+            before, share = self._share
+            self.update_progress(before + share * progress.fraction)
             session.pause(pausing.is_wanted() and not self.is_preview)
             self._show(depsgraph, interface("Paused") if session.is_paused() else describe(progress, noise_target))
             if not self.is_preview:
@@ -200,7 +234,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         """Pass the current image to Blender. Returns False if there is none yet."""
         if session.snapshot("Combined") is None:
             return False
-        result = self.begin_result(0, 0, session.width, session.height, layer=depsgraph.view_layer.name)
+        result = self.begin_result(0, 0, session.width, session.height, layer=depsgraph.view_layer.name, view=self._view)
         layer = result.layers[0]
         for item in wanted:
             target = layer.passes.get(item.shown)
@@ -211,7 +245,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                 compat.write_pass(target, passes.fitted(values, target.channels))
         self.end_result(result)
         if statistics is not None:
-            self._stamp(depsgraph.view_layer.name, statistics)
+            self._stamp(f"{depsgraph.view_layer.name}.{self._view}" if self._view else depsgraph.view_layer.name, statistics)
         return True
 
     def _denoised(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, layer: bpy.types.RenderLayer, statistics: dict, is_cancelled) -> np.ndarray:
@@ -240,11 +274,11 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                 compat.write_pass(target, passes.fitted(values, target.channels))
         return image
 
-    def _stamp(self, view_layer: str, statistics: dict) -> None:
-        """Write the statistics to the metadata of the image, if its format supports metadata."""
+    def _stamp(self, owner: str, statistics: dict) -> None:
+        """Write the statistics to the metadata of the image, if its format supports metadata. `owner`: the view layer, and the view if there are several."""
         result = self.get_result()
         for name, value in statistics.items():
-            result.stamp_data_add_field(f"ajar.{view_layer}.{name}", value if isinstance(value, str) else json.dumps(value))
+            result.stamp_data_add_field(f"ajar.{owner}.{name}", value if isinstance(value, str) else json.dumps(value))
 
     # ---- Messages -----------------------------------------------------------------------------------------------------
 
@@ -253,7 +287,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         if now < self._next_words:
             return
         self._next_words = now + (BACKGROUND_WORDS_SECONDS if bpy.app.background else WORDS_SECONDS)
-        self.update_stats(f"{depsgraph.scene.name}, {depsgraph.view_layer.name}", text)
+        self.update_stats(", ".join(filter(None, (depsgraph.scene.name, depsgraph.view_layer.name, self._view))), text)
 
     def _show_memory(self, statistics: dict) -> None:
         peak = statistics.get("peak_memory_bytes")

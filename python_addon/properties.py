@@ -21,6 +21,17 @@ NOISE_ITEMS = [("OFF", "Any", "The noise does not end the render", 0), ("DRAFT",
                ("GOOD", "Good", "3 %: little grain", 2), ("CLEAN", "Clean", "1 %: no grain at normal size", 3),
                ("FINAL", "Final", "0.5 %: no grain in close-ups", 4), ("CUSTOM", "Custom", "The number below", 5)]
 
+BAKE_TYPES = [   # with the numbers that they have in Blender
+    ("COMBINED", "Combined", "Light that leaves the surface, in the parts that are switched on", 0),
+    ("POSITION", "Position", "Places in world space", 3),
+    ("NORMAL", "Normal", "Normals, bent by bumps", 4),
+    ("UV", "UV", "Coordinates of the UV map", 5),
+    ("EMIT", "Emit", "Light that the surface emits", 7),
+    ("DIFFUSE", "Diffuse", "Light that the surface scatters diffusely", 9),
+    ("GLOSSY", "Glossy", "Light that the surface reflects", 10),
+    ("TRANSMISSION", "Transmission", "Light that the surface lets through", 11),
+]
+
 
 def _get_noise_level(settings: bpy.types.PropertyGroup) -> int:
     target = settings.noise_target
@@ -129,6 +140,7 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     dicing_camera: bpy.props.PointerProperty(
         name="Dicing Camera", description="Camera whose pixels adaptive subdivision follows. Without one, that of the scene", type=bpy.types.Object,
         poll=lambda self, thing: thing.type == "CAMERA")
+    bake_type: inherited.enum("bake_type", "Bake Type", "What is baked", "COMBINED", "bake_type", BAKE_TYPES)
 
 
 class AjarShadingSettings(bpy.types.PropertyGroup):

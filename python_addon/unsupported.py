@@ -37,7 +37,6 @@ SCENE = (
     Setting("cycles.texture_resolution_render", 1.0, "Texture Resolution is not supported: textures keep their size", _simplifies),
     Setting("cycles.sample_offset", 0, "Sample Offset is not supported: choose another seed instead"),
     Setting("cycles.use_sample_subset", False, "Sample Subset is not supported: choose another seed instead"),
-    Setting("render.use_multiview", False, "stereoscopy is not supported: views other than the first stay black"),
 )
 VIEW_LAYER = (
     *(Setting(f"use_pass_{name}", False, "the pass {name} is not supported and stays black", values={"name": label}) for name, label in (

@@ -44,18 +44,23 @@ def main() -> None:
         image_settings.exr_codec = "ZIP"
     scene.render.use_file_extension = False
     scene.render.filepath = str(out)
-    written_before = out.stat().st_mtime_ns if out.exists() else None
+    pictures = [out]
+    if scene.render.use_multiview and image_settings.views_format == "INDIVIDUAL":   # Blender writes a file for each view
+        pictures = [out.with_name(f"{out.stem}{view.file_suffix}{out.suffix}") for view in scene.render.views if view.use and (
+            scene.render.views_format == "MULTIVIEW" or view.name in ("left", "right"))]
+    written_before = {picture: picture.stat().st_mtime_ns for picture in pictures if picture.exists()}
     try:
         bpy.ops.render.render(write_still=True)
     except RuntimeError as error:
         leave(str(error).strip().removeprefix("Error: "))
-    if not out.exists() or out.stat().st_mtime_ns == written_before:
-        leave(f'"{out}" was not written')
+    for picture in pictures:
+        if not picture.exists() or picture.stat().st_mtime_ns == written_before.get(picture):
+            leave(f'"{picture}" was not written')
     from ajar_render import last_render
 
     found = last_render.of(scene) or {}
     size = "{} x {}".format(*found.get("resolution", (0, 0)))
-    print(f"\nThe picture is in {out}: {size} pixels, {found.get('samples_per_pixel', {}).get('mean', 0):.0f} samples a pixel in {found.get('render_seconds', 0):.0f} s.")
+    print(f"\nThe picture is in {', '.join(map(str, pictures))}: {size} pixels, {found.get('samples_per_pixel', {}).get('mean', 0):.0f} samples a pixel in {found.get('render_seconds', 0):.0f} s.")
 
 
 def leave(message: str) -> None:

@@ -322,7 +322,12 @@ struct WorldDescription {
   int max_bounces = 1024;         ///< see LightDescription
 };
 
-enum class CameraKind : uint8_t { Perspective, Orthographic, Panorama };
+enum class CameraKind : uint8_t {
+  Perspective,
+  Orthographic,
+  Panorama,
+  Texels  ///< each pixel of the film sees its own place on a surface, for baking
+};
 enum class PanoramaKind : uint8_t {
   Equirectangular,
   FisheyeEquidistant,
@@ -345,7 +350,17 @@ struct PanoramaDescription {
   bool operator==(const PanoramaDescription&) const = default;
 };
 
-/// The camera looks along its local -z with +y up.
+/// The place that a pixel of the film sees, with CameraKind::Texels.
+struct Texel {
+  bool shown = false;                    ///< false: the pixel sees nothing
+  std::array<Vec3, 3> corners{}, eye{};  ///< of a triangle, in world space; unit directions to the eye at its corners
+  Vec2 barycentric{0.0f};                ///< of the first two corners, in the middle of the pixel
+  Vec2 dx{0.0f}, dy{0.0f};               ///< how they change to the next pixel along x and y
+  bool operator==(const Texel&) const = default;
+};
+
+/// The camera looks along its local -z with +y up. With CameraKind::Texels, its transform and screen_window only give
+/// nodes a camera: an orthographic one, whose pixels are as wide as the texels.
 struct CameraDescription {
   std::string name;
   bool present = false;
@@ -363,6 +378,7 @@ struct CameraDescription {
   /// Times in [0, 1] at which equal shares of the light have arrived; the first is 0 and the last is 1. Empty: the
   /// shutter opens and closes instantly.
   std::vector<float> shutter;
+  std::vector<Texel> texels;  ///< for each pixel of the film, rows from the bottom up; scene files do not store them
   bool operator==(const CameraDescription&) const = default;
 };
 

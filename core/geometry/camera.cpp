@@ -17,11 +17,19 @@ Mat4 without_scale(Mat4 matrix) {
   return matrix;
 }
 
+/// x, reflected at 0 and at `end` until it is between them.
+float mirrored(float x, float end) {
+  if (!(end > 0.0f)) return 0.0f;
+  const float period = std::fmod(std::abs(x), 2.0f * end);
+  return period > end ? 2.0f * end - period : period;
+}
+
 }  // namespace
 
 Camera::Camera(const CameraDescription& description, int width, int height)
     : kind_(description.kind),
       panorama_(description.panorama),
+      texels_(description.texels),
       world_from_camera_(without_scale(to_matrix(description.world_from_camera))),
       shutter_(description.shutter),
       width_(width),
@@ -116,7 +124,7 @@ std::optional<Vec2> Camera::film_of(Vec2 lens, Vec3 p, float time) const {
 }
 
 bool Camera::finds_film(float margin) const {
-  if (kind_ != CameraKind::Panorama) return true;
+  if (kind_ != CameraKind::Panorama) return !sees_texels();
   const Vec2 beyond = margin * Vec2(window_.y - window_.x, window_.w - window_.z) / Vec2(float(width_), float(height_));
   return !has_lens() && panorama_.has_inverse(beyond);
 }
@@ -163,8 +171,38 @@ Ray Camera::panoramic_ray(Vec2 film, Vec2 lens, float time) const {
   return to_world(ray);
 }
 
+/// A point of the film that is outside the triangle of its pixel is reflected at its edges, as in Cycles.
+Ray Camera::texel_ray(Vec2 film, float time) const {
+  Ray ray;
+  ray.time = time;
+  ray.direction = Vec3(0.0f, 0.0f, -1.0f);
+  ray.t_max = -1.0f;
+  const int x = glm::clamp(int(std::floor(film.x)), 0, width_ - 1),
+            y = glm::clamp(int(std::floor(film.y)), 0, height_ - 1);
+  const Texel& texel = texels_[size_t(y) * size_t(width_) + size_t(x)];
+  if (!texel.shown) return ray;
+  const Vec2 offset = film - Vec2(float(x) + 0.5f, float(y) + 0.5f);
+  Vec2 b = texel.barycentric + offset.x * texel.dx + offset.y * texel.dy;
+  b.x = mirrored(b.x, 1.0f);
+  b.y = mirrored(b.y, 1.0f - b.x);
+  const auto at = [&](const std::array<Vec3, 3>& corners) {
+    return b.x * corners[0] + b.y * corners[1] + (1.0f - b.x - b.y) * corners[2];
+  };
+  const auto& [p, q, r] = texel.corners;
+  const Vec3 place = at(texel.corners), to_eye = glm::normalize(at(texel.eye));
+  // Above the rounding errors of positions, and near enough that other surfaces do not come between.
+  const float size = std::max({glm::length(p - q), glm::length(q - r), glm::length(r - p)});
+  const float distance = 4e-6f * std::max({std::abs(place.x), std::abs(place.y), std::abs(place.z)}) + 1e-5f * size;
+  ray.origin = place + distance * to_eye;
+  ray.direction = -to_eye;
+  ray.t_min = 0.0f;
+  ray.t_max = 2.0f * distance;
+  return ray;
+}
+
 Ray Camera::ray_through(Vec2 film, Vec2 lens, float time) const {
   if (kind_ == CameraKind::Panorama) return panoramic_ray(film, lens, time);
+  if (sees_texels()) return texel_ray(film, time);
   const Vec2 window = on_window(film);
   Vec3 origin(0.0f), direction(window, -1.0f);
   if (kind_ == CameraKind::Orthographic) {

@@ -1,7 +1,8 @@
 // A camera: the ray for each point of the film.
 //
 // Film coordinates are pixels of the full frame, y up; pixel (i, j) covers [i, i+1) x [j, j+1). Cameras are
-// perspective, orthographic or panoramic (panorama.h), with a thin lens (polygonal blades, anamorphic ratio).
+// perspective, orthographic or panoramic (panorama.h), with a thin lens (polygonal blades, anamorphic ratio). For baking,
+// each pixel sees its own place on a surface (Texel); its ray starts just above it.
 //
 // For paths from lights, a measurement is the integral of radiance over the film (in pixels^2) and the mean over the
 // lens (Veach 1997, section 8.3.2.2, with the pixel as the unit of area). `film_density` converts densities between
@@ -44,6 +45,7 @@ class Camera {
   bool finds_film(float margin) const;
   /// Whether the camera sees anything at a point of the film.
   bool sees(Vec2 film) const {
+    if (sees_texels()) return !sees_nothing(texel_ray(film, 0.0f));
     return kind_ != CameraKind::Panorama || panorama_.direction_of(on_window(film)).has_value();
   }
   /// Film point of the ray from lens point `lens` to p; it can be outside the frame. Empty if p is behind the camera or
@@ -65,6 +67,7 @@ class Camera {
   /// Ray through a film point and this point of the lens.
   Ray ray_through(Vec2 film, Vec2 lens, float time) const;
 
+  bool sees_texels() const { return kind_ == CameraKind::Texels; }
   bool moves() const { return motion_.size() > 1; }
   /// Time in [0, 1] of the shutter interval for a uniform number in [0, 1).
   float time_of(float u) const;
@@ -83,6 +86,7 @@ class Camera {
   Mat4 pose(float time) const { return moves() ? interpolate(motion_, time) : world_from_camera_; }
   Mat4 inverse_pose(float time) const { return moves() ? glm::affineInverse(pose(time)) : camera_from_world_; }
   Ray panoramic_ray(Vec2 film, Vec2 lens, float time) const;
+  Ray texel_ray(Vec2 film, float time) const;
   Ray to_world(Ray ray) const;
   Vec2 on_window(Vec2 film) const {
     return {window_.x + (window_.y - window_.x) * film.x / float(width_),
@@ -95,6 +99,7 @@ class Camera {
 
   CameraKind kind_ = CameraKind::Perspective;
   Panorama panorama_;
+  std::vector<Texel> texels_;
   Mat4 world_from_camera_{1.0f}, camera_from_world_{1.0f};
   std::vector<SplitTransform> motion_;  ///< world_from_camera_ while the shutter is open; empty: no motion
   std::vector<float> shutter_;

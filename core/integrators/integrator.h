@@ -112,6 +112,7 @@ struct IntegratorInfo {
   bool takes_further_samples = false;  ///< see transport/bidirectional/further_samples.h
   bool splats = false;                 ///< paths contribute to other pixels than the one in which they start
   bool stores_records = false;         ///< stores irradiance records
+  bool bakes = false;                  ///< needs no more of the camera than its rays (CameraKind::Texels)
 };
 /// All integrators, in the order of the UI.
 const std::vector<IntegratorInfo>& integrator_list();

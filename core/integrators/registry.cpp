@@ -39,7 +39,8 @@ constexpr IntegratorInfo kIntegrators[] = {
      .sentence = "Paths from the camera. Best for open scenes and visible lights.",
      .make = make_path_tracer,
      .knows_parts = true,
-     .can_guide = true},
+     .can_guide = true,
+     .bakes = true},
     {.name = "bdpt",
      .number = 7,
      .label = "Bidirectional Path Tracing",
@@ -96,14 +97,16 @@ constexpr IntegratorInfo kIntegrators[] = {
      .make = make_photon_mapping,
      .follows_hints = true,
      .gathers_photons = true,
-     .takes_further_samples = true},
+     .takes_further_samples = true,
+     .bakes = true},
     {.name = "irradiance_cache",
      .number = 8,
      .label = "Irradiance Caching",
      .bias = Bias::Biased,
      .sentence = "Diffuse indirect light, computed at few points and interpolated.",
      .make = make_irradiance_cache,
-     .stores_records = true}};
+     .stores_records = true,
+     .bakes = true}};
 
 }  // namespace
 

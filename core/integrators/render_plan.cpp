@@ -251,6 +251,8 @@ class Planner {
 
 RenderPlan make_render_plan(const Scene& scene, const IntegratorInfo& integrator,
                             std::shared_ptr<const AttachedHints> hints) {
+  if (scene.camera().sees_texels() && !integrator.bakes)
+    throw SceneError(std::string(integrator.label) + " cannot bake. Choose Path Tracing.");
   RenderPlan plan = Planner(scene, integrator).make();
   plan.hints = hints ? std::move(hints) : std::make_shared<const AttachedHints>(attach_hints(scene));
   return plan;

@@ -20,8 +20,8 @@ __all__ = ["ExportCancelled", "ExportContext", "KnownObjects", "MeshCache", "Out
 
 def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[str], camera_object: bpy.types.Object | None,
                  is_cancelled: Callable[[], bool], report_step: Callable[[str], None],
-                 frame_set: motion.FrameSet | None = None) -> ExportContext:
-    """Export the scene with `camera_object` as its camera. Raises ExportCancelled soon after `is_cancelled` returns True. Motion blur needs
+                 frame_set: motion.FrameSet | None = None, eye: camera.Eye = camera.CENTRE) -> ExportContext:
+    """Export the scene with `camera_object` as its camera, seen from `eye`. Raises ExportCancelled soon after `is_cancelled` returns True. Motion blur needs
     `frame_set`; after its call, objects that were evaluated before must not be used."""
     context = ExportContext(depsgraph, is_cancelled, report_step)
     original_camera = camera_object.original if camera_object is not None else None
@@ -32,10 +32,10 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
     if frame_set is not None:
         context.appearances = []
     settings.export(context, options, passes)
-    camera.export(context, camera_object)
+    camera.export(context, camera_object, eye)
     export_contents(context)
     if frame_set is not None:
-        motion.export(context, camera_object, frame_set)
+        motion.export(context, camera_object, frame_set, eye)
     return context
 
 

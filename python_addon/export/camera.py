@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import bpy
 from mathutils import Matrix
 
@@ -18,22 +21,36 @@ _PANORAMAS = {
 }
 
 
-def export(context: ExportContext, camera_object: bpy.types.Object | None) -> None:
+@dataclass(frozen=True)
+class Eye:
+    """Where a view of the render sees from. The default is the camera itself; with stereoscopy, it is one of its two eyes."""
+
+    world_from_camera: Callable[[bpy.types.Object], Matrix] = lambda thing: thing.matrix_world
+    shift_x: Callable[[bpy.types.Object], float] = lambda thing: thing.data.shift_x
+    is_spherical: Callable[[bpy.types.Object], bool] = lambda thing: False   # whether its place depends on the direction of the ray
+
+
+CENTRE = Eye()
+
+
+def export(context: ExportContext, camera_object: bpy.types.Object | None, eye: Eye = CENTRE) -> None:
     if camera_object is None or camera_object.type != "CAMERA":
         return  # the core reports it
-    describe(context, context.description.camera, camera_object)
+    describe(context, context.description.camera, camera_object, eye)
 
 
-def describe(context: ExportContext, out: ajar.CameraDescription, camera_object: bpy.types.Object) -> None:
-    """Set `out` to what a camera sees in the frame of the scene."""
+def describe(context: ExportContext, out: ajar.CameraDescription, camera_object: bpy.types.Object, eye: Eye = CENTRE) -> None:
+    """Set `out` to what a camera sees in the frame of the scene, from one of its eyes."""
     camera = camera_object.data
     context.warn_all(camera_object.name, unsupported.asked_of(camera, unsupported.CAMERA))
+    if eye.is_spherical(camera_object):
+        context.warn(camera_object.name, "spherical stereo is not supported: both eyes see from the centre")
     out.present = True
     out.name = camera_object.name
     out.kind = _KINDS.get(camera.type, ajar.CameraKind.Perspective)   # custom cameras are reported
-    frame = without_scale(camera_object.matrix_world)
+    frame = without_scale(eye.world_from_camera(camera_object))
     out.world_from_camera = rows_3x4(frame)
-    out.screen_window = screen_window(context.scene.render, camera)
+    out.screen_window = screen_window(context.scene.render, camera, eye.shift_x(camera_object))
     out.clip_start = camera.clip_start
     out.clip_end = camera.clip_end
     out.aperture_radius, out.focus_distance, out.blades, out.blade_rotation, out.aperture_ratio = lens_of(camera, frame)
@@ -69,8 +86,9 @@ def _fit(render: bpy.types.RenderSettings, camera: bpy.types.Camera) -> tuple[fl
     return width, height, camera.sensor_fit == "HORIZONTAL" or (camera.sensor_fit == "AUTO" and width >= height)
 
 
-def screen_window(render: bpy.types.RenderSettings, camera: bpy.types.Camera) -> tuple[float, float, float, float]:
-    """Left, right, bottom, top at z = -1 (orthographic: in metres). The sensor fits one axis; the aspect ratio gives the other."""
+def screen_window(render: bpy.types.RenderSettings, camera: bpy.types.Camera, shift_x: float) -> tuple[float, float, float, float]:
+    """Left, right, bottom, top at z = -1 (orthographic: in metres). The sensor fits one axis; the aspect ratio gives the other. `shift_x` is the shift of the
+    view to the right."""
     if camera.type == "PANO":
         return (0.0, 1.0, 0.0, 1.0)
     width, height, horizontal = _fit(render, camera)
@@ -80,7 +98,7 @@ def screen_window(render: bpy.types.RenderSettings, camera: bpy.types.Camera) ->
         extent = (camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width) / camera.lens
     half_width = 0.5 * extent * (1.0 if horizontal else width / height)
     half_height = 0.5 * extent * (height / width if horizontal else 1.0)
-    x, y = camera.shift_x * extent, camera.shift_y * extent  # both shifts are in units of the fitted axis
+    x, y = shift_x * extent, camera.shift_y * extent  # both shifts are in units of the fitted axis
     return (x - half_width, x + half_width, y - half_height, y + half_height)
 
 

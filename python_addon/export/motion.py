@@ -33,7 +33,7 @@ def identity(instance: bpy.types.DepsgraphObjectInstance) -> tuple:
     return (instance.object.original.as_pointer(),)
 
 
-def export(context: ExportContext, camera_object: bpy.types.Object | None, frame_set: FrameSet) -> None:
+def export(context: ExportContext, camera_object: bpy.types.Object | None, frame_set: FrameSet, eye: camera.Eye = camera.CENTRE) -> None:
     scene, depsgraph = context.scene, context.depsgraph
     context.report_step("motion")
     context.description.camera.shutter = _shutter(scene.render)
@@ -66,7 +66,7 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None, frame
                     boxes.setdefault(thing.name, []).append([tuple(corner) for corner in thing.bound_box])
             if original_camera is not None and original_camera.type == "CAMERA":
                 there = original_camera.evaluated_get(depsgraph)
-                cameras.append(rows_3x4(camera.without_scale(there.matrix_world)))
+                cameras.append(rows_3x4(camera.without_scale(eye.world_from_camera(there))))
                 lenses.add((there.data.lens, there.data.ortho_scale, there.data.shift_x, there.data.shift_y))
     finally:
         frame_set(frame, subframe)

@@ -368,6 +368,10 @@ def _volume_info(context: ExportContext, node: bpy.types.Node) -> list[tuple[str
     return []
 
 
+def _vector_transform(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [("lamp_has_space", [float(compat.lamps_have_a_space())])]
+
+
 def _ies(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
     return [*_ies_content(node), ("seen_from_eye", [float(compat.ies_is_seen_from_eye())])]
 
@@ -436,6 +440,7 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeFloatCurve": _curve,
     "ShaderNodeTexCoord": _object_of_coordinates,
     "ShaderNodeTexIES": _ies,
+    "ShaderNodeVectorTransform": _vector_transform,
     "ShaderNodeTexVoronoi": _voronoi,
     "ShaderNodeBsdfDiffuse": _diffuse,
     "ShaderNodeBump": _bumped,

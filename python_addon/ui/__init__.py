@@ -7,12 +7,12 @@ from typing import Any
 import bpy
 from bpy.types import Panel
 
-from . import camera, hints, light, material, menus, object, progress, render, view_layer, world
+from . import bake, camera, hints, light, material, menus, object, progress, render, view_layer, world
 from .common import ENGINE, AjarPanel, in_node_editor
 
 __all__ = ["CLASSES", "AjarPanel", "built_in_panels", "register", "unregister"]
 
-MODULES = (render, progress, hints, view_layer, world, object, material, light, camera)
+MODULES = (render, bake, progress, hints, view_layer, world, object, material, light, camera)
 IN_NODE_EDITORS = (material.AJAR_MATERIAL_PT_settings, world.AJAR_WORLD_PT_ray_visibility, world.AJAR_WORLD_PT_settings, light.AJAR_LIGHT_PT_light,
                    light.AJAR_LIGHT_PT_beam)
 BELOW_SIMPLIFY = (render.AJAR_RENDER_PT_culling,)   # below the copy of a panel of Blender, which must be registered before

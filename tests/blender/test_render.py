@@ -261,3 +261,30 @@ def test_a_render_continues_from_the_checkpoint_of_a_killed_render(profile, blen
     result = blender("--python", script(tmp_path, text.format(samples=1)), "-o", tmp_path / "out", "-F", "PNG", "-f", 1, "--", "--ajar-stats", stats)
     assert result.returncode == 0, result.stdout
     assert json.loads(stats.read_text())["resumed"]["samples"] >= 1
+
+
+STEREO = """
+scene.render.use_multiview = True
+scene.camera.data.stereo.convergence_mode, scene.camera.data.stereo.pivot = 'OFFAXIS', 'CENTER'
+scene.camera.data.stereo.convergence_distance, scene.camera.data.stereo.interocular_distance = 2.0, 0.4
+scene.render.image_settings.views_format = 'INDIVIDUAL'
+"""
+
+
+def test_both_eyes_are_rendered_from_where_blender_places_them(blender, tmp_path):
+    """A view is the render of a camera at its place with its shift."""
+    def images(text: str, *names: str) -> list[np.ndarray]:
+        result = blender("--python-exit-code", 1, "--python", script(tmp_path, text), "--python", RENDER_TO_FILE, "--", "--output", tmp_path / "out.exr", "--ajar-samples", 8)
+        assert result.returncode == 0, result.stdout
+        return [ajar.read_image(str(tmp_path / name)) for name in names]
+    left, right = images(STEREO, "out_L.exr", "out_R.exr")
+    # The frame is 36 mm wide at the focal length; both eyes see the same rectangle at the distance of convergence.
+    expected = [images(f"""
+eye = {side} * 0.2
+data = scene.camera.data
+scene.camera.location.x = eye
+data.shift_x = -eye / 2.0 * data.lens / data.sensor_width
+""", "out.exr")[0] for side in (-1, 1)]
+    for image, placed in zip((left, right), expected):
+        np.testing.assert_allclose(image, placed, rtol=1e-3, atol=1e-3 * placed.max())
+    assert np.abs(left - right).max() > 0.1 * left.max()

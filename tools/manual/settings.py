@@ -47,6 +47,10 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
         "AJAR_RENDER_PT_compositor": (f"Blender's compositor, which works on the pictures of every engine. {BLENDERS}", ()),
         "AJAR_RENDER_PT_checkpoint": ("Saves the samples during the render, so that a render that was stopped can continue. More: [Long renders](rendering.md#long-renders).", (
             "Scene.use_checkpoint", "Scene.checkpoint_path", "Scene.checkpoint_interval", "Scene.use_resume")),
+        "AJAR_RENDER_PT_bake": (f"Renders into the textures of the selected objects. More: [Baking](rendering.md#baking). {BLENDERS}", ("Scene.bake_type",)),
+        "AJAR_RENDER_PT_bake_influence": (f"From where the surface is seen, and which parts of its light are baked. {BLENDERS}", ()),
+        "AJAR_RENDER_PT_bake_selected_to_active": (f"Bakes the other selected objects into the texture of the active one. {BLENDERS}", ()),
+        "AJAR_RENDER_PT_bake_output": (f"Where the result goes, and how far it extends beyond the faces. {BLENDERS}", ()),
         "AJAR_RENDER_PT_progress": ("The noise over time and the samples of each pixel, while the render runs and after it. More: [Progress](rendering.md#progress).", (
             "Scene.show_sample_density",)),
         "AJAR_RENDER_PT_statistics": ("Numbers of the last render: time, memory, samples, noise, and the size of the scene. More: [Statistics](rendering.md#statistics).", ()),

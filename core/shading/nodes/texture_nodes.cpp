@@ -126,7 +126,7 @@ bool ies_texture(ProgramBuilder& b, int node, std::string_view output, Value& va
   const uint32_t profile = b.node_data[node];
   const bool seen_from_eye = b.number(node, "seen_from_eye") != 0.0f;
   const Value direction = b.is_linked(node, "Vector") ? b.input(node, "Vector", Vector)
-                          : seen_from_eye             ? b.emit(Op::ObjectIncoming, Vector, {})
+                          : seen_from_eye             ? b.object_incoming()
                                                       : b.object_normal();
   value = profile == kNoProfile ? b.constant(kWithoutIes) : b.emit(Op::Ies, Float, {direction}, 0, profile);
   value = b.emit(Op::Product, Float, {value, b.input(node, "Strength", Float, Vec4(1.0f))});

@@ -57,6 +57,17 @@ bool vector_rotate(ProgramBuilder& b, int node, std::string_view output, Value& 
   return output == "Vector";
 }
 
+enum class VectorKind : uint8_t { Point, Vector, Normal };
+
+/// The vector after a constant transform.
+Value between_spaces(ProgramBuilder& b, Value vector, VectorKind kind, const Mat4& to_from) {
+  if (kind == VectorKind::Point) return b.emit(Op::Affine, Vector, {vector}, 0, b.add_matrix(to_from));
+  const Mat3 linear(to_from);
+  const Mat4 turned(kind == VectorKind::Normal ? glm::inverseTranspose(linear) : linear);
+  const Value result = b.emit(Op::Affine, Vector, {vector}, 0, b.add_matrix(turned));
+  return kind == VectorKind::Normal ? b.emit(Op::Normalize, Vector, {result}) : result;
+}
+
 bool vector_transform(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const int type = b.choice(node, "vector_type", {"POINT", "VECTOR", "NORMAL"}, 1);
   const int from = b.choice(node, "convert_from", {"WORLD", "OBJECT", "CAMERA"});
@@ -68,8 +79,17 @@ bool vector_transform(ProgramBuilder& b, int node, std::string_view output, Valu
     else
       b.report(node, "there is no camera; world coordinates are used");
   }
-  value = b.emit(Op::VectorTransform, Vector, {b.input(node, "Vector", Vector, Vec4(0.5f))}, type | from << 2 | to << 4,
-                 b.add_matrix(camera_from_world));
+  const Value vector = b.input(node, "Vector", Vector, Vec4(0.5f));
+  if (b.context().world_from_lamp) {
+    Mat4 along_z(1.0f);  // the camera looks along +z
+    along_z[2][2] = -1.0f;
+    const Mat4 world_from[] = {
+        Mat4(1.0f), b.number(node, "lamp_has_space") != 0.0f ? to_matrix(*b.context().world_from_lamp) : Mat4(1.0f),
+        glm::affineInverse(along_z * camera_from_world)};
+    value = between_spaces(b, vector, VectorKind(type), glm::affineInverse(world_from[to]) * world_from[from]);
+  } else {
+    value = b.emit(Op::VectorTransform, Vector, {vector}, type | from << 2 | to << 4, b.add_matrix(camera_from_world));
+  }
   return output == "Vector";
 }
 

@@ -332,10 +332,18 @@ Value ProgramBuilder::emit(Op op, SocketType type, std::initializer_list<Value> 
 
 Value ProgramBuilder::object_normal() {
   if (!context_.world_from_lamp) return emit(Op::ObjectNormal, SocketType::Vector, {});
+  return in_lamp_space(emit(Op::ShadingNormal, SocketType::Vector, {}));
+}
+
+Value ProgramBuilder::object_incoming() {
+  if (!context_.world_from_lamp) return emit(Op::ObjectIncoming, SocketType::Vector, {});
+  return in_lamp_space(emit(Op::Incoming, SocketType::Vector, {}));
+}
+
+Value ProgramBuilder::in_lamp_space(Value normal) {
   const Mat4 lamp_from_normal(glm::transpose(Mat3(to_matrix(*context_.world_from_lamp))));
-  const Value turned = emit(Op::Affine, SocketType::Vector, {emit(Op::ShadingNormal, SocketType::Vector, {})}, 0,
-                            add_matrix(lamp_from_normal));
-  return emit(Op::Normalize, SocketType::Vector, {turned});
+  return emit(Op::Normalize, SocketType::Vector,
+              {emit(Op::Affine, SocketType::Vector, {normal}, 0, add_matrix(lamp_from_normal))});
 }
 
 void ProgramBuilder::measure_pixels() {
@@ -343,7 +351,7 @@ void ProgramBuilder::measure_pixels() {
   if (std::exchange(bump.measured, true)) return;
   const CameraDescription* camera = this->camera();  // records that the program depends on the camera
   if (!camera) return;
-  bump.camera = camera->kind;
+  bump.camera = camera->kind == CameraKind::Texels ? CameraKind::Orthographic : camera->kind;
   bump.camera_from_world = glm::affineInverse(to_matrix(camera->world_from_camera));
   const float width = float(std::max(context_.image_width, 1));
   bump.pixel = (camera->kind == CameraKind::Panorama ? 2.0f * kPi : camera->screen_window.y - camera->screen_window.x) /

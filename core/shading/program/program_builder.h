@@ -84,6 +84,8 @@ class ProgramBuilder {
   }
   /// The smooth normal in the space of the object or of the lamp.
   Value object_normal();
+  /// The direction to the eye, transformed like a normal to the space of the object or of the lamp.
+  Value object_incoming();
   Operand displaced_normal() const { return surface_normal_ ? surface_normal_->at : kNoOperand; }
   void set_displaced_normal(Value normal) { surface_normal_ = normal; }
   /// Sets the distance of the heights that `bumped` compares, in pixels. All bumps of a program have the distance of
@@ -136,6 +138,7 @@ class ProgramBuilder {
   std::map<int, uint32_t> node_data;  ///< curve or image that a node has already added, for its other outputs
 
  private:
+  Value in_lamp_space(Value normal);
   Value value_of(const NodeLink& link);
   Value compute(const NodeLink& link);
   void compute_inputs(const NodeLink& link);

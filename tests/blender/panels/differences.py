@@ -52,6 +52,7 @@ REPLACED = {
     ("CyclesRenderLayerSettings", "use_pass_shadow_catcher"): ("AjarViewLayerSettings", "use_pass_shadow_catcher"),
     ("CyclesRenderLayerSettings", "use_pass_volume_direct"): ("AjarViewLayerSettings", "use_pass_volume_direct"),
     ("CyclesRenderLayerSettings", "use_pass_volume_indirect"): ("AjarViewLayerSettings", "use_pass_volume_indirect"),
+    ("CyclesRenderSettings", "bake_type"): ("AjarSceneSettings", "bake_type"),
     ("CyclesRenderLayerSettings", "pass_debug_sample_count"): ("AjarViewLayerSettings", "use_pass_sample_count"),
     ("CyclesRenderLayerSettings", "denoising_store_passes"): ("AjarViewLayerSettings", "use_pass_denoising"),
 }
@@ -60,7 +61,7 @@ REPORTED = "not supported yet; python_addon/unsupported.py reports it"
 NOISE = "changes the noise of Cycles, not its expected image"
 DEVICE = "affects the speed and memory of the devices of Cycles"
 DENOISER = "setting of the denoiser of Cycles; Ajar's denoiser has one switch for renders and one for the view"
-BAKE = "Ajar does not bake"
+MULTIRES = "the baking of multiresolution modifiers is an operator of Blender and has no engine"
 STEPS = "setting of the ray marching of Cycles; Ajar samples volumes without steps"
 VOLUMES = "not read: grids keep their values with 32 bits, and do not blur by their velocity"
 MNEE = "setting of the shadow caustics of Cycles; Ajar finds caustics without marked objects"
@@ -84,7 +85,6 @@ ABSENT = {
         "preview_denoiser", "preview_denoising_input_passes", "preview_denoising_prefilter", "preview_denoising_quality", "preview_denoising_start_sample",
         "preview_denoising_use_gpu")},
     **{("CyclesRenderSettings", name): STEPS for name in ("volume_step_rate", "volume_preview_step_rate", "volume_max_steps", "volume_biased")},
-    ("CyclesRenderSettings", "bake_type"): BAKE,
     **{("template_ID", f"{name}_collection"): "Blender shows light linking for every engine since 4.3; Ajar has panels of its own before" for name in ("receiver", "blocker")},
     ("CyclesMaterialSettings", "use_transparent_shadow"): REPORTED,
     ("CyclesMaterialSettings", "use_bump_map_correction"): REPORTED,
@@ -116,19 +116,20 @@ ABSENT = {
     ("ViewLayer", "pass_cryptomatte_depth"): "setting of Cryptomatte, which is reported",
     ("ViewLayer", "use_pass_cryptomatte_accurate"): "setting of Cryptomatte, which is reported",
     ("ViewLayer", "pass_alpha_threshold"): "data passes of Ajar show the first surface that is not fully transparent",
-    **{("CameraStereoData", name): "stereoscopy is reported" for name in ("use_spherical_stereo", "use_pole_merge", "pole_merge_angle_from", "pole_merge_angle_to")},
+    **{("CameraStereoData", name): "spherical stereo is reported" for name in ("use_spherical_stereo", "use_pole_merge", "pole_merge_angle_from", "pole_merge_angle_to")},
     **{("Object", f"shadow_terminator_{name}_offset"): REPORTED for name in ("shading", "normal")},
     ("RenderSettings", "preview_pixel_size"): "views of Ajar always begin with large pixels",
     ("RenderSettings", "use_persistent_data"): "setting of the memory of Cycles between renders",
     ("RenderSettings", "hair_type"): "setting of Eevee",
     ("RenderSettings", "hair_subdiv"): "setting of Eevee",
-    ("RenderSettings", "use_bake_multires"): BAKE,
+    **{("RenderSettings", name): MULTIRES for name in ("use_bake_multires", "bake_type", "bake_margin", "use_bake_clear", "use_bake_lores_mesh", "bake_margin_type")},
+    **{("BakeSettings", name): MULTIRES for name in ("use_multires", "type", "use_lores_mesh", "displacement_space")},
     ("WorldLighting", "ao_factor"): "setting of Fast GI, which is reported",
     ("WorldLighting", "distance"): "setting of Fast GI, which is reported",
     **{("Volume", name): VOLUMES for name in ("velocity_grid", "velocity_scale", "velocity_unit")},
     **{("VolumeRender", name): VOLUMES for name in ("clipping", "precision", "step_size")},
 }
-ABSENT_STRUCTS = {"BakeSettings": BAKE}
+ABSENT_STRUCTS: dict[str, str] = {}
 
 PASSES = {
     "Debug Sample Count": "replaced by Sample Count, which has the number of samples and not a fraction",

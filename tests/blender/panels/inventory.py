@@ -28,7 +28,7 @@ DEBUG = "setting for debugging Cycles"
 READ = {
     "Scene": "camera world cycles cycles_curves render frame_current frame_subframe frame_float",
     "RenderSettings": "resolution_x resolution_y resolution_percentage pixel_aspect_x pixel_aspect_y film_transparent threads threads_mode use_motion_blur "
-                      "motion_blur_shutter motion_blur_shutter_curve motion_blur_position use_border border_* use_crop_to_border engine use_simplify",
+                      "motion_blur_shutter motion_blur_shutter_curve motion_blur_position use_border border_* use_crop_to_border engine use_simplify use_multiview views_format",
     "ViewLayer": "material_override world_override samples lightgroups active_lightgroup* use_solid use_sky use_strand use_motion_blur use use_pass_combined use_pass_z "
                  "use_pass_position use_pass_normal use_pass_uv use_pass_mist use_pass_object_index use_pass_material_index use_pass_emit use_pass_environment "
                  "use_pass_diffuse_* use_pass_glossy_* use_pass_transmission_* cycles",
@@ -45,7 +45,6 @@ READ = {
     "Material": "use_nodes node_tree diffuse_color pass_index displacement_method cycles",
 }
 REPORTED = {
-    "RenderSettings": "use_multiview views_format",
     "Camera": "custom_* cycles_custom central_cylindrical_* stereo",
     "ViewLayer": "active_aov* use_pass_subsurface_*",
     "Material": "use_transparent_shadow",

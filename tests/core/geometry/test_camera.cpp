@@ -281,4 +281,49 @@ TEST(Camera, an_orthographic_lens_is_at_the_near_clipping_plane) {
   }
 }
 
+constexpr std::array kUp{Vec3(0, 0, 1), Vec3(0, 0, 1), Vec3(0, 0, 1)};
+
+/// A film of two pixels: the first sees a triangle of the plane z = 2 from above, the second nothing.
+Camera two_texels() {
+  SceneDescription d;
+  fixtures::set_camera(d, Vec3(0, -5, 0), Vec3(0), 2);
+  d.camera.kind = CameraKind::Texels;
+  d.camera.texels = {
+      {true, {Vec3(1, 0, 2), Vec3(0, 1, 2), Vec3(0, 0, 2)}, kUp, {0.2f, 0.3f}, {0.1f, 0.0f}, {0.0f, 0.4f}}, {}};
+  return Camera(d.camera, 2, 1);
+}
+
+TEST(Camera, texels_see_their_place_from_just_above) {
+  const Camera camera = two_texels();
+  for (const Vec2 offset : {Vec2(0.0f), Vec2(0.4f, -0.3f), Vec2(-0.49f, 0.49f)}) {
+    const Ray ray = camera.generate_ray(Vec2(0.5f) + offset, Vec2(0.5f), 0.0f);
+    EXPECT_EQ(ray.direction, Vec3(0, 0, -1));
+    EXPECT_NEAR(ray.origin.x, 0.2f + 0.1f * offset.x, 1e-6f);
+    EXPECT_NEAR(ray.origin.y, 0.3f + 0.4f * offset.y, 1e-6f);
+    EXPECT_GT(ray.origin.z, 2.0f);
+    EXPECT_LT(ray.origin.z, 2.001f);
+    EXPECT_LT(ray.origin.z - ray.t_max, 2.0f);
+  }
+  EXPECT_TRUE(sees_nothing(camera.generate_ray({1.5f, 0.5f}, Vec2(0.5f), 0.0f)));
+  EXPECT_TRUE(camera.sees({0.5f, 0.5f}));
+  EXPECT_FALSE(camera.sees({1.5f, 0.5f}));
+  EXPECT_FALSE(camera.finds_film(0.0f));
+}
+
+TEST(Camera, texels_reflect_points_outside_their_triangle) {
+  SceneDescription d;
+  fixtures::set_camera(d, Vec3(0, -5, 0), Vec3(0), 1);
+  d.camera.kind = CameraKind::Texels;
+  d.camera.texels = {{true, {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0)}, kUp, {0.1f, 0.8f}, {1.0f, 0.0f}, {0.0f, 1.0f}}};
+  const Camera camera(d.camera, 1, 1);
+  Pcg32 rng(3);
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 at = camera.generate_ray({rng.next_float(), rng.next_float()}, Vec2(0.5f), 0.0f).origin;
+    EXPECT_TRUE(at.x >= 0.0f && at.y >= 0.0f && at.x + at.y <= 1.0f + 1e-6f) << at.x << " " << at.y;
+  }
+  const Vec3 at = camera.generate_ray({0.5f - 0.3f, 0.5f + 0.2f}, Vec2(0.5f), 0.0f).origin;
+  EXPECT_NEAR(at.x, 0.2f, 1e-6f);                // -0.2, reflected at 0
+  EXPECT_NEAR(at.y, 2.0f * 0.8f - 1.0f, 1e-6f);  // 1, reflected at 1 - 0.2
+}
+
 }  // namespace ajar::test_camera

@@ -401,10 +401,56 @@ TEST(LightSet, ies_profiles_rotate_with_the_lamp) {
                                             l.radius = 0.2f;
                                             return l;
                                           }()})
-      expect_close(shown_by(light, "ShaderNodeTexIES", "Fac", {4, 5, 6}, wo, {file}) / 8.0f,
-                   Color(profile.towards(local)) / 8.0f);
+      for (const float seen_from_eye : {0.0f, 1.0f})
+        expect_close(
+            shown_by(light, "ShaderNodeTexIES", "Fac", {4, 5, 6}, wo, {file, {"seen_from_eye", "", {seen_from_eye}}}) /
+                8.0f,
+            Color(profile.towards(local)) / 8.0f);
+    // An area lamp sends light along its axis by the profile's first angle, and since Blender 4 by the angle of the light.
+    const LightDescription panel = area_lamp(AreaShape::Rectangle, {1, 1}, turned);
+    if (local.z < 0.0f) {
+      expect_close(shown_by(panel, "ShaderNodeTexIES", "Fac", {4, 5, 6}, wo, {file}) / 8.0f,
+                   Color(profile.towards({0, 0, -1})) / 8.0f);
+      expect_close(
+          shown_by(panel, "ShaderNodeTexIES", "Fac", {4, 5, 6}, wo, {file, {"seen_from_eye", "", {1.0f}}}) / 8.0f,
+          Color(profile.towards(local)) / 8.0f);
+    }
   }
   EXPECT_GT(profile.towards({0, 0.6f, -0.8f}), 1.5f * profile.towards({0, -0.6f, -0.8f}));
+}
+
+/// What a lamp shows whose emission is the direction of the light after a Vector Transform, divided by what it shows
+/// without one.
+Color shown_direction(const LightDescription& light, const std::string& type, const std::string& from,
+                      const std::string& to, bool lamp_has_space, Vec3 wo) {
+  Node geometry, transform, emission = closure_node("ShaderNodeEmission", Color(0.0f));
+  geometry.type = "ShaderNodeNewGeometry";
+  transform.type = "ShaderNodeVectorTransform";
+  transform.properties = {{"vector_type", type, {}},
+                          {"convert_from", from, {}},
+                          {"convert_to", to, {}},
+                          {"lamp_has_space", "", {float(lamp_has_space)}}};
+  transform.inputs = {{"Vector", {1, "Incoming"}, Vec4(0.0f)}};
+  for (NodeInput& input : emission.inputs)
+    if (input.socket == "Color") input.link = {2, "Vector"};
+  LightDescription shining = light;
+  shining.graph.nodes = {emission, geometry, transform};
+  shining.graph.surface = {0, "Emission"};
+  return with_lamp(shining)->lights().lamp_radiance(0, {4, 5, 6}, wo, 0.0f, 1.0f) /
+         with_lamp(light)->lights().lamp_radiance(0, {4, 5, 6}, wo, 0.0f, 1.0f);
+}
+
+TEST(LightSet, vector_transform_knows_the_space_of_a_lamp_since_blender_4) {
+  // The axes x, y and z of the lamp are z, x and y of the world, twice as long.
+  const Mat4 turned(Vec4(0, 0, 2, 0), Vec4(2, 0, 0, 0), Vec4(0, 2, 0, 0), Vec4(4, 5, 6, 1));
+  const LightDescription bulb = lamp(LightKind::Point, turned);
+  const Vec3 wo = glm::normalize(Vec3(0.2f, 0.9f, 0.3f)), local(wo.z, wo.x, wo.y), world(wo.y, wo.z, wo.x);
+  expect_close(shown_direction(bulb, "NORMAL", "WORLD", "OBJECT", true, wo), local);
+  expect_close(shown_direction(bulb, "VECTOR", "WORLD", "OBJECT", true, wo), 0.5f * local);
+  expect_close(shown_direction(bulb, "VECTOR", "OBJECT", "WORLD", true, wo), 2.0f * world);
+  expect_close(shown_direction(bulb, "POINT", "OBJECT", "WORLD", true, wo), 2.0f * world + Vec3(4, 5, 6));
+  for (const char* type : {"NORMAL", "VECTOR", "POINT"})
+    expect_close(shown_direction(bulb, type, "WORLD", "OBJECT", false, wo), wo);
 }
 
 TEST(LightSet, emission_can_depend_on_the_object) {

@@ -78,6 +78,23 @@ TEST(RenderPlan, reports_when_there_are_too_few_samples_to_learn_the_choice_of_l
   EXPECT_TRUE(uses(rendered(d), "direct light method"));
 }
 
+TEST(RenderPlan, integrators_that_need_more_than_rays_of_the_camera_refuse_to_bake) {
+  for (const IntegratorInfo& integrator : integrator_list()) {
+    if (integrator.automatic) continue;
+    SceneDescription d = default_cube();
+    d.settings.integrator = integrator.name;
+    d.camera.kind = CameraKind::Texels;
+    d.camera.texels.resize(size_t(d.settings.width) * size_t(d.settings.height));
+    const Vec3 up(0, 0, 1);
+    d.camera.texels[0] = {true, {Vec3(-1, -1, 1), Vec3(1, -1, 1), Vec3(0, 1, 1)}, {up, up, up}, {0.3f, 0.3f}};
+    Session session;
+    session.start(std::move(d));
+    ASSERT_TRUE(session.wait(kHang)) << integrator.name;
+    const std::string error = session.take_error();
+    EXPECT_EQ(error.find("cannot bake") == std::string::npos, integrator.bakes) << integrator.name << ": " << error;
+  }
+}
+
 TEST(RenderPlan, integrators_without_photon_maps_trace_no_photons) {
   // Every ray belongs to a path: it goes to the next surface, or from a surface that scatters to a light.
   SceneDescription d = default_cube();

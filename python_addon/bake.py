@@ -1,0 +1,232 @@
+"""Baking: a render whose pixels see the texels of an image instead of the film of a camera.
+
+Blender calls the engine for each object and image. It says which triangle each texel shows; the core sends one ray down to it from just above the surface
+(CameraKind.Texels), so that every pass of a render can be baked. A pass is one of the film's, or a sum of parts (`composed`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from . import compat, plain
+from .ajar_module import ajar
+from .export import ExportContext, export_scene
+from .headless import Options
+from .translations import report
+
+POLL_SECONDS = 0.1
+LOWEST_EYE = math.sin(math.radians(5.0))   # cosine between the normal and the direction to the camera, for baking from the view of the camera
+
+# Bits of the argument `pass_filter`.
+EMIT, DIFFUSE, GLOSSY, TRANSMISSION, DIRECT, INDIRECT, COLOR = 2, 4, 8, 16, 64, 128, 256
+LOBES = {"DIFFUSE": "Diff", "GLOSSY": "Gloss", "TRANSMISSION": "Trans"}
+LOBE_BITS = {"DIFFUSE": DIFFUSE, "GLOSSY": GLOSSY, "TRANSMISSION": TRANSMISSION}
+ALL_LIGHT = EMIT | DIFFUSE | GLOSSY | TRANSMISSION | DIRECT | INDIRECT
+DATA = {"NORMAL": "Normal", "POSITION": "Position", "UV": "UV", "EMIT": "Emit"}
+OF_FIRST_SAMPLE = {"NORMAL", "POSITION", "UV"}   # passes that keep the first sample of a pixel: it must be the middle of the texel
+
+
+class CannotBake(Exception):
+    """The message is shown to the artist."""
+
+
+@dataclass(frozen=True)
+class Texels:
+    """For each pixel of the image, rows from the bottom up. `triangle` is -1 where the object is not shown."""
+
+    triangle: np.ndarray      # [pixels] int32, index of a loop triangle
+    barycentric: np.ndarray   # [pixels, 6] float32: of the first two corners, their changes along x, and along y
+
+
+def read_texels(layer: bpy.types.RenderLayer, width: int, height: int) -> Texels:
+    """What Blender says about the texels. Up to Blender 4 a seed stands before the triangle and its coordinates; later the triangle is last."""
+    passes = {item.name: item for item in layer.passes}
+    primitive, differential = (compat.read_pass(passes[name], width * height) for name in ("BakePrimitive", "BakeDifferential"))
+    has_seed = primitive.shape[1] == 4
+    triangle = np.ascontiguousarray(primitive[:, 1 if has_seed else 2]).view(np.int32)
+    uv = primitive[:, 2:4] if has_seed else primitive[:, 0:2]
+    du_dx, du_dy, dv_dx, dv_dy = differential.T
+    barycentric = np.stack([uv[:, 0], uv[:, 1], du_dx, dv_dx, du_dy, dv_dy], axis=1).astype(np.float32)
+    barycentric[triangle < 0] = 0.0
+    return Texels(triangle, np.nan_to_num(barycentric))
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The triangles of an object in world space."""
+
+    corners: np.ndarray   # [triangles, 3, 3] float32
+    normals: np.ndarray   # [triangles, 3, 3] float32, unit: at the corners
+
+
+def surface_of(thing: bpy.types.Object) -> Surface:
+    mesh = thing.to_mesh()
+    try:
+        mesh.calc_loop_triangles()
+        count = len(mesh.loop_triangles)
+        indices, polygons = np.empty(count * 3, dtype=np.int32), np.empty(count, dtype=np.int32)
+        positions, of_vertices = (np.empty(len(mesh.vertices) * 3, dtype=np.float32) for _ in range(2))
+        of_faces, smooth = np.empty(count * 3, dtype=np.float32), np.empty(len(mesh.polygons), dtype=bool)
+        mesh.loop_triangles.foreach_get("vertices", indices)
+        mesh.loop_triangles.foreach_get("polygon_index", polygons)
+        mesh.loop_triangles.foreach_get("normal", of_faces)
+        mesh.vertices.foreach_get("co", positions)
+        mesh.vertices.foreach_get("normal", of_vertices)
+        mesh.polygons.foreach_get("use_smooth", smooth)
+    finally:
+        thing.to_mesh_clear()
+    corners = positions.reshape(-1, 3)[indices].reshape(count, 3, 3)
+    normals = np.where(smooth[polygons][:, None, None], of_vertices.reshape(-1, 3)[indices].reshape(count, 3, 3), of_faces.reshape(count, 1, 3))
+    matrix = np.array(thing.matrix_world, dtype=np.float64)
+    turn = np.linalg.inv(matrix[:3, :3]) if abs(np.linalg.det(matrix[:3, :3])) > 1e-30 else np.eye(3)
+    return Surface((corners @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32), _unit(normals @ turn).astype(np.float32))
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-30)
+
+
+def directions_to_eye(surface: Surface, camera: bpy.types.Object | None) -> np.ndarray:
+    """[triangles, 3, 3]: at each corner the normal, or the direction to `camera`, which is raised above the surface."""
+    if camera is None:
+        return surface.normals
+    frame = np.array(camera.matrix_world)
+    towards = _unit(np.broadcast_to(frame[:3, 2], surface.corners.shape) if camera.data.type == "ORTHO" else frame[:3, 3] - surface.corners)
+    cosine = (towards * surface.normals).sum(axis=-1, keepdims=True)
+    return _unit(towards + np.maximum(LOWEST_EYE - cosine, 0.0) * surface.normals).astype(np.float32)
+
+
+def see(description: ajar.SceneDescription, name: str, texels: Texels, surface: Surface, eye: np.ndarray, width: int, height: int) -> None:
+    """Make the texels what the scene's camera sees."""
+    if len(surface.corners) <= texels.triangle.max(initial=-1):
+        raise CannotBake(report("{name}: its mesh has other triangles in the render than Blender bakes", name=name))
+    triangle = np.maximum(texels.triangle, 0)
+    camera, settings = description.camera, description.settings
+    camera.present, camera.name, camera.kind = True, name, ajar.CameraKind.Texels
+    camera.motion, camera.shutter, camera.aperture_radius = [], [], 0.0
+    camera.set_texels(texels.triangle >= 0, surface.corners[triangle].reshape(-1, 9), eye[triangle].reshape(-1, 9), texels.barycentric)
+    side = _side_of_texels(texels, surface)
+    camera.screen_window = (0.0, side * width, 0.0, side * height)
+    settings.width, settings.height, settings.region = width, height, [0, 0, width, height]
+    settings.filter, settings.filter_width = ajar.FilterKind.Box, 1.0
+    settings.transparent_film = False
+
+
+def _side_of_texels(texels: Texels, surface: Surface) -> float:
+    """The median side of a texel on the surface, in metres."""
+    shown = texels.triangle >= 0
+    corners = surface.corners[texels.triangle[shown]].astype(np.float64)
+    first, second = corners[:, 0] - corners[:, 2], corners[:, 1] - corners[:, 2]
+    change = texels.barycentric[shown].astype(np.float64)
+    along_x, along_y = (first * change[:, i:i + 1] + second * change[:, i + 1:i + 2] for i in (2, 4))
+    areas = np.linalg.norm(np.cross(along_x, along_y), axis=1)
+    areas = areas[areas > 0.0]
+    return float(np.sqrt(np.median(areas))) if len(areas) else 1e-3
+
+
+def passes_for(kind: str, bits: int) -> list[str]:
+    """The passes of the film that a bake needs. Raises CannotBake for a kind that Ajar does not bake."""
+    if kind in DATA:
+        return [DATA[kind]]
+    if kind == "COMBINED":
+        if bits & ALL_LIGHT == ALL_LIGHT:
+            return ["Combined"]
+        lobes = [name for name, bit in LOBE_BITS.items() if bits & bit]
+        return [item for lobe in lobes for item in _parts(lobe, bits | COLOR)] + (["Emit"] if bits & EMIT else [])
+    if kind in LOBES:
+        return _parts(kind, bits)
+    raise CannotBake(report("Ajar does not bake {kind}. Cycles does.", kind=kind.title()))
+
+
+def _parts(lobe: str, bits: int) -> list[str]:
+    return [LOBES[lobe] + part for part, bit in (("Dir", DIRECT), ("Ind", INDIRECT), ("Col", COLOR)) if bits & bit]
+
+
+def composed(kind: str, bits: int, values: Callable[[str], np.ndarray], pixels: int) -> np.ndarray:
+    """[pixels, 4]: the baked image. `values(pass)` is an array [pixels, channels]."""
+    result = np.zeros((pixels, 4), dtype=np.float32)
+    result[:, 3] = 1.0
+    if kind in DATA:   # Blender turns normals into the space of the bake
+        source = values(DATA[kind])
+        result[:, :min(3, source.shape[1])] = source[:, :3]
+        if kind == "UV":
+            result[:, 2] = 1.0
+    elif kind == "COMBINED" and bits & ALL_LIGHT == ALL_LIGHT:
+        result[:] = values("Combined")
+    elif kind == "COMBINED":
+        for lobe, bit in LOBE_BITS.items():
+            if bits & bit:
+                result[:, :3] += _light(lobe, bits | COLOR, values, pixels)
+        if bits & EMIT:
+            result[:, :3] += values("Emit")[:, :3]
+    else:
+        result[:, :3] = _light(kind, bits, values, pixels)
+    return result
+
+
+def _light(lobe: str, bits: int, values: Callable[[str], np.ndarray], pixels: int) -> np.ndarray:
+    """Light times colour; the light or the colour alone if only one of them is asked for."""
+    light = [values(LOBES[lobe] + part)[:, :3] for part, bit in (("Dir", DIRECT), ("Ind", INDIRECT)) if bits & bit]
+    colour = values(LOBES[lobe] + "Col")[:, :3] if bits & COLOR else None
+    if not light:
+        return colour if colour is not None else np.zeros((pixels, 3), dtype=np.float32)
+    return sum(light) * (colour if colour is not None else 1.0)
+
+
+def bake(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, thing: bpy.types.Object, kind: str, bits: int, width: int, height: int) -> None:
+    """Bake one object into the image that Blender has prepared. Raises CannotBake."""
+    scene = depsgraph.scene_eval
+    passes = passes_for(kind, bits)
+    result = engine.begin_result(0, 0, width, height, layer=depsgraph.view_layer.name, view="")
+    is_done = False
+    try:
+        layer = result.layers[0]
+        texels = read_texels(layer, width, height)
+        if kind in OF_FIRST_SAMPLE:
+            texels.barycentric[:, 2:] = 0.0
+        if (texels.triangle >= 0).any():
+            exported = _export(engine, depsgraph, passes)
+            from_camera = scene.render.bake.view_from == "ACTIVE_CAMERA" and scene.camera is not None
+            surface = surface_of(thing)
+            see(exported.description, thing.name, texels, surface, directions_to_eye(surface, scene.camera if from_camera else None), width, height)
+            session = ajar.Session()
+            session.start(exported.description)
+            if not _follow(engine, session):
+                return
+            image = composed(kind, bits, lambda name: session.snapshot(name).reshape(width * height, -1), width * height)
+            image[texels.triangle < 0] = 0.0
+            compat.write_pass(next(item for item in layer.passes if item.name == "Combined"), image)
+        is_done = True
+    finally:
+        engine.end_result(result, cancel=not is_done)
+
+
+def _export(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, passes: list[str]) -> ExportContext:
+    """The scene, with an integrator that can bake these passes. Path tracing bakes all of them."""
+    scene = depsgraph.scene_eval
+    chosen = next((item for item in ajar.integrator_list() if item.name == plain.of(scene.ajar).integrator), None)
+    is_able = chosen is not None and chosen.bakes and passes == ["Combined"]
+    options = Options({} if is_able else {"integrator": "path"})
+    exported = export_scene(depsgraph, options, list(dict.fromkeys(["Combined", *passes])), scene.camera, engine.test_break, lambda step: None)
+    for name, message in exported.warnings:
+        engine.report({"WARNING"}, report("{name}: {message}", name=name, message=message))
+    return exported
+
+
+def _follow(engine: bpy.types.RenderEngine, session: ajar.Session) -> bool:
+    """Wait until the session ends. Returns False if the user cancels."""
+    while not session.wait(POLL_SECONDS):
+        engine.update_progress(session.progress().fraction)
+        if engine.test_break():
+            session.cancel()
+            session.wait(60.0)
+            return False
+    if error := session.take_error():
+        raise CannotBake(error)
+    return True
