@@ -280,8 +280,7 @@ bool leaves_area(const std::array<float, 12>& rows) {
          length_squared(glm::cross(linear[2], linear[0])) > sqr(kSmallest);
 }
 
-/// `width`, `height`: of the film.
-void validate_camera(const CameraDescription& camera, int width, int height) {
+void validate_camera(const CameraDescription& camera) {
   if (!camera.present) throw SceneError("The scene has no camera. Add one, or make one active.");
   if (!finite(camera.world_from_camera)) throw SceneError("Camera '" + camera.name + "' has an invalid transform.");
   if (!std::all_of(camera.motion.begin(), camera.motion.end(), finite))
@@ -300,8 +299,6 @@ void validate_camera(const CameraDescription& camera, int width, int height) {
   if (!std::all_of(std::begin(lens), std::end(lens), [](float x) { return std::isfinite(x); }) ||
       (camera.aperture_radius > 0.0f && !(camera.aperture_ratio > 0.0f)))
     throw SceneError("Camera '" + camera.name + "' has an invalid aperture.");
-  if (camera.kind == CameraKind::Texels && camera.texels.size() != size_t(width) * size_t(height))
-    throw SceneError("Camera '" + camera.name + "' must have a texel for each pixel.");
   if (!(camera.clip_end > camera.clip_start))
     throw SceneError("Camera '" + camera.name + "': Clip End must be greater than Clip Start.");
 }
@@ -360,7 +357,9 @@ void validate_settings(RenderSettings& s) {
 
 void validate_view(const CameraDescription& camera, RenderSettings& settings) {
   validate_settings(settings);
-  validate_camera(camera, settings.width, settings.height);
+  validate_camera(camera);
+  if (camera.kind == CameraKind::Texels && camera.texels.size() != size_t(settings.width) * size_t(settings.height))
+    throw SceneError("Camera '" + camera.name + "' must have a texel for each pixel.");
 }
 
 ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
