@@ -176,7 +176,7 @@ int add_object(SceneDescription& description, const std::string& name, int mesh,
                uint32_t visibility, bool holdout, bool shadow_catcher, int pass_index, Vec4 color, float importance,
                float shadow_terminator_offset, float light_importance,
                const std::vector<std::tuple<std::string, bool, Vec4>>& properties, int receiver_set, int blocker_set,
-               uint64_t receivers, uint32_t blockers) {
+               uint64_t receivers, uint32_t blockers, const std::string& asset, const std::string& light_group) {
   if (receiver_set < 0 || receiver_set >= LightLinks::kReceiverSets)
     throw py::value_error("receiver_set of '" + name + "' must be 0 to RECEIVER_SETS - 1");
   if (blocker_set < 0 || blocker_set >= LightLinks::kBlockerSets)
@@ -195,7 +195,9 @@ int add_object(SceneDescription& description, const std::string& name, int mesh,
                                  {},
                                  uint8_t(receiver_set),
                                  uint8_t(blocker_set),
-                                 {receivers, blockers}});
+                                 {receivers, blockers},
+                                 asset,
+                                 light_group});
   for (const auto& [property, of_instancer, value] : properties)
     description.objects.back().properties.push_back({property, of_instancer, value});
   return index_of_last(description.objects.size());
@@ -273,6 +275,30 @@ void set_texels(CameraDescription& camera, const Array<bool>& shown, const Float
         shown.data()[i], three(corners.data() + 9 * i), three(eye.data() + 9 * i), {b[0], b[1]}, {b[2], b[3]},
         {b[4], b[5]}};
   }
+}
+
+/// Sets the transforms of instances one frame before and one after.
+void set_frames(SceneDescription& description, const Array<int32_t>& instances, const Floats& world_from_object) {
+  const size_t count = check_rows(instances, 1, "instances");
+  if (size_t(world_from_object.size()) != 2 * 12 * count)
+    throw py::value_error("world_from_object must have two rows of 12 for each instance");
+  for (size_t i = 0; i < count; ++i) {
+    description.instances.at(size_t(instances.data()[i])).first_frame_key = int(description.motion_keys.size());
+    for (size_t k = 0; k < 2; ++k) {
+      Rows rows;
+      std::memcpy(rows.data(), world_from_object.data() + 12 * (2 * i + k), sizeof(Rows));
+      description.motion_keys.push_back(rows);
+    }
+  }
+}
+
+/// Adds an attribute of three components to the vertices of a mesh.
+void set_vertex_attribute(SceneDescription& description, int mesh, const std::string& name, const Floats& values) {
+  MeshDescription& changed = description.meshes.at(size_t(mesh));
+  if (check_rows(values, 3, "values") != changed.positions.size())
+    throw py::value_error("values must have one row of 3 for each of the " + std::to_string(changed.positions.size()) +
+                          " vertices");
+  changed.attributes.push_back({name, Domain::Vertex, 3, copy_numbers(values)});
 }
 
 void set_color_spaces(SceneDescription& description, std::string config, std::string working_space) {
@@ -354,6 +380,8 @@ void bind_enums(py::module_& module) {
       .value("Microfacet", BumpTerminator::Microfacet, "Shadowing by GGX, as in Blender since 4.5.");
   module.attr("UNDEFORMED_POSITION") = kUndeformedPosition;
   module.attr("RANDOM_PER_ISLAND") = kRandomPerIsland;
+  module.attr("POSITION_BEFORE") = kPositionBefore;
+  module.attr("POSITION_AFTER") = kPositionAfter;
   module.attr("FLAT_FACES") = kFlatFaces;
   module.attr("POINTINESS") = kPointiness;
   module.attr("TANGENT_OF") = kTangentOf;
@@ -467,6 +495,10 @@ void bind_geometry(py::module_& module) {
       .def_readonly("shadow_terminator_offset", &ObjectDescription::shadow_terminator_offset,
                     "float, 0 to 1. The cosine to the light below which shadow rays from smooth triangles start at the "
                     "curved surface that the triangles approximate. 0 switches this off.")
+      .def_readonly("asset", &ObjectDescription::asset,
+                    "str. The name of its topmost parent, for the pass Cryptomatte Asset; empty for itself.")
+      .def_readonly("light_group", &ObjectDescription::light_group,
+                    "str. The light group of its emission; empty for none.")
       .def_readonly("light_importance", &ObjectDescription::light_importance,
                     "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by emission "
                     "of the object. It is used with `RenderSettings.image` \"pmc_ip\" and never changes the mean of "
@@ -489,6 +521,9 @@ void bind_geometry(py::module_& module) {
       .def_readonly("motion_key_count", &InstanceDescription::motion_key_count,
                     "int, 0 or 2 to 129. The number of transforms while the shutter is open. 0 means that the instance "
                     "does not move.")
+      .def_readonly("first_frame_key", &InstanceDescription::first_frame_key,
+                    "int. The index of the transforms one frame before and one after in `motion_keys`; -1 if they are "
+                    "the same as now.")
       .def_readonly("random", &InstanceDescription::random, "float, 0 to 1. The value of Object Info > Random.");
   py::class_<ImageDescription>(module, "ImageDescription",
                                "An image for textures. Its source is a path, a packed file or pixels. An image that "
@@ -565,6 +600,7 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("multiple_importance", &LightDescription::multiple_importance,
                      "bool. Whether rays can hit the lamp, so that light samples and BSDF samples are combined. It has "
                      "no effect on delta lights.")
+      .def_readwrite("light_group", &LightDescription::light_group, "str. The light group; empty for none.")
       .def_readwrite("light_importance", &LightDescription::light_importance,
                      "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by the "
                      "lamp. It is used with `RenderSettings.image` \"pmc_ip\" and never changes the mean of the image. "
@@ -590,6 +626,7 @@ void bind_light_world_camera(py::module_& module) {
                      "int, a sum of VISIBLE_* bits, 0 to VISIBLE_ALL. The kinds of ray that see the world.")
       .def_readwrite("max_bounces", &WorldDescription::max_bounces,
                      "int, >= 0. After more bounces, path tracing does not sample the world any more.")
+      .def_readwrite("light_group", &WorldDescription::light_group, "str. The light group; empty for none.")
       .def_readwrite("light_importance", &WorldDescription::light_importance,
                      "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by the "
                      "world. It is used with `RenderSettings.image` \"pmc_ip\" and never changes the mean of the "
@@ -653,6 +690,9 @@ void bind_light_world_camera(py::module_& module) {
            "corners of a triangle. eye: float array [n, 9], unit directions to the eye at the corners. barycentric: "
            "float array [n, 6], the coordinates of the first two corners, how they change to the next pixel along x, "
            "and along y. Raises ValueError if the numbers of rows differ.")
+      .def_readwrite("frames", &CameraDescription::frames,
+                     "list of two lists of 12 floats. `world_from_camera` one frame before and one after, for the pass "
+                     "Vector. An empty list means that the camera does not move.")
       .def_readwrite("shutter", &CameraDescription::shutter,
                      "list of floats, ascending from 0 to 1. The times at which equal shares of the light have "
                      "arrived. An empty list means that the shutter opens and closes instantly.");
@@ -742,7 +782,7 @@ void bind_description(py::module_& module) {
            py::arg("light_importance") = 1.0f,
            py::arg("properties") = std::vector<std::tuple<std::string, bool, Vec4>>{}, py::arg("receiver_set") = 0,
            py::arg("blocker_set") = 0, py::arg("receivers") = LightLinks().receivers,
-           py::arg("blockers") = LightLinks().blockers,
+           py::arg("blockers") = LightLinks().blockers, py::arg("asset") = "", py::arg("light_group") = "",
            "Add an object and return its index. mesh: an index from add_mesh. materials: indices from add_material for "
            "the slots, -1 for the default grey. visibility: a sum of VISIBLE_* bits. properties: the values for "
            "Attribute nodes, tuples (name, whether the value belongs to the instancer, four numbers). receiver_set, "
@@ -767,6 +807,15 @@ void bind_description(py::module_& module) {
            "int32[m], numbers in the order of add_instances. world_from_object: float32[m, k, 12], k from 2 to 129. "
            "Raises ValueError when the second array is not a whole number of transforms for each instance, and "
            "IndexError for an instance that does not exist.")
+      .def(
+          "set_frames", &set_frames, py::arg("instances"), py::arg("world_from_object"),
+          "Set the transforms of m instances one frame before and one after, for the pass Vector. instances: int32[m], "
+          "numbers in the order of add_instances. world_from_object: float32[m, 2, 12]. Raises ValueError for another "
+          "size, and IndexError for an instance that does not exist.")
+      .def(
+          "set_vertex_attribute", &set_vertex_attribute, py::arg("mesh"), py::arg("name"), py::arg("values"),
+          "Add an attribute to the vertices of a mesh that is not shared. values: float32[n, 3]. Raises ValueError for "
+          "another number of vertices, and IndexError for a mesh that does not exist.")
       .def("add_image", &add_image, py::kw_only(), py::arg("name"), py::arg("path") = "",
            py::arg("packed") = py::bytes(), py::arg("pixels") = py::none(), py::arg("width") = 0, py::arg("height") = 0,
            py::arg("color_space") = "sRGB", py::arg("alpha_mode") = AlphaMode::Straight,

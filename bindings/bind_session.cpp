@@ -21,11 +21,9 @@ struct DeleteWithoutLock {
 };
 
 int channels_of(const std::string& pass) {
+  if (const int channels = channels_of_pass(pass)) return channels;
   std::string valid;
-  for (const PassInfo& info : known_passes()) {
-    if (info.name == pass) return info.channels;
-    valid += (valid.empty() ? "" : ", ") + info.name;
-  }
+  for (const PassInfo& info : known_passes()) valid += (valid.empty() ? "" : ", ") + info.name;
   throw py::value_error("unknown pass \"" + pass + "\"; valid: " + valid);
 }
 
@@ -304,7 +302,13 @@ void bind_session(py::module_& module) {
         for (const PassInfo& info : known_passes()) passes[py::str(info.name)] = info.channels;
         return passes;
       },
-      "Return a dict from the name of each pass to its number of channels.");
+      "Return a dict from the name of each pass with a fixed name to its number of channels. There are also "
+      "CryptoObject00 to CryptoObject07 and the same for CryptoMaterial and CryptoAsset (4 channels: two ids with "
+      "their coverages), \"AOV Color \" and \"AOV Value \" with the name of an AOV (4 and 1), and \"Combined_\" with "
+      "the name of a light group (3).");
+  module.def("name_hash", &murmur_hash3, py::arg("name"),
+             "Return the hash of a name in Cryptomatte: MurmurHash3 with 32 bits.");
+  module.def("matte_id", &matte_id, py::arg("name"), "Return the id of a name in the passes of Cryptomatte.");
 }
 
 }  // namespace ajar::python

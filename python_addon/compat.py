@@ -289,7 +289,7 @@ def texture_space(mesh: bpy.types.Mesh) -> tuple[tuple[float, ...], tuple[float,
 # ---- Render results ---------------------------------------------------------------------------------------------------
 
 _PASSES_SINCE_5 = {
-    "IndexOB": "Object Index", "IndexMA": "Material Index", "Emit": "Emission", "Env": "Environment",
+    "AO": "Ambient Occlusion", "IndexOB": "Object Index", "IndexMA": "Material Index", "Emit": "Emission", "Env": "Environment",
     **{short + part: f"{kind} {name}" for short, kind in (("Diff", "Diffuse"), ("Gloss", "Glossy"), ("Trans", "Transmission"), ("Volume", "Volume"))
        for part, name in (("Dir", "Direct"), ("Ind", "Indirect"), ("Col", "Color"))},
 }
@@ -298,6 +298,11 @@ _PASSES_SINCE_5 = {
 def pass_name(name: str) -> str:
     """Blender's name of a pass and of its socket in the compositor. Since 5.0, the names are not abbreviated."""
     return _PASSES_SINCE_5.get(name, name) if bpy.app.version >= (5, 0) else name
+
+
+def aov_name(node: bpy.types.ShaderNodeOutputAOV) -> str:
+    """The name of the AOV that the node writes. Before 4.2 it replaces the name of the node."""
+    return getattr(node, "aov_name", node.name)
 
 
 def write_pass(target: bpy.types.RenderPass, values: np.ndarray) -> None:

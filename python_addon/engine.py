@@ -16,7 +16,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import bake, compat, denoise, headless, hints, last_render, learning, passes, pausing, photon_overlay, plain, render_progress, viewport
+from . import bake, compat, cryptomatte, denoise, headless, hints, last_render, learning, passes, pausing, photon_overlay, plain, render_progress, viewport
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
 from .export.camera import CENTRE, Eye
@@ -139,6 +139,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
         noise_target = settings.target_error   # starting the session empties the description
         hint_points = hints.points_of(exported.description)
+        manifests = cryptomatte.manifests(exported.description, depsgraph.view_layer_eval)   # likewise
         session = ajar.Session()
         learner = (scene.name, depsgraph.view_layer.name, self._view)
         carries = not self.is_preview and learning.is_carried(scene, options)
@@ -172,6 +173,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         photon_overlay.remember(scene, session)
         if not self._hand_over(depsgraph, session, wanted, statistics, denoises, is_cancelled):
             return  # cancelled before the first sample
+        self._add_fields(manifests)
         if options.stats is not None:
             options.stats.write_text(json.dumps(statistics, indent=2) + "\n", encoding="utf-8")
 
@@ -279,6 +281,11 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         result = self.get_result()
         for name, value in statistics.items():
             result.stamp_data_add_field(f"ajar.{owner}.{name}", value if isinstance(value, str) else json.dumps(value))
+
+    def _add_fields(self, fields: dict[str, str]) -> None:
+        result = self.get_result()
+        for name, value in fields.items():
+            result.stamp_data_add_field(name, value)
 
     # ---- Messages -----------------------------------------------------------------------------------------------------
 

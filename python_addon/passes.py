@@ -27,12 +27,14 @@ BUILT_IN = {  # property of the view layer -> pass. Two channels are not accepte
     "use_pass_z": Pass("Depth", "Z", "VALUE"),
     "use_pass_position": Pass("Position", "XYZ", "VECTOR"),
     "use_pass_normal": Pass("Normal", "XYZ", "VECTOR"),
+    "use_pass_vector": Pass("Vector", "XYZW", "VECTOR"),
     "use_pass_uv": Pass("UV", "UVA", "VECTOR"),
     "use_pass_mist": Pass("Mist", "Z", "VALUE"),
     "use_pass_object_index": Pass("IndexOB", "X", "VALUE"),
     "use_pass_material_index": Pass("IndexMA", "X", "VALUE"),
     "use_pass_emit": Pass("Emit", "RGB", "COLOR"),
     "use_pass_environment": Pass("Env", "RGB", "COLOR"),
+    "use_pass_ambient_occlusion": Pass("AO", "RGB", "COLOR"),
 } | {
     f"use_pass_{kind}_{part}": Pass(name + letters, "RGB", "COLOR")
     for kind, name in (("diffuse", "Diff"), ("glossy", "Gloss"), ("transmission", "Trans"))
@@ -58,10 +60,38 @@ NOISY = Pass("Noisy Image", "RGBA", "COLOR")   # name of the image before denois
 DENOISING_ERROR = Pass("Denoising Error", "X", "VALUE")
 
 
+# Properties of the view layer, and the beginning of the names of the passes. Two ranks of mattes are in one pass. OpenEXR compresses channels with lower
+# case letters without loss.
+MATTES = {"use_pass_cryptomatte_object": "CryptoObject", "use_pass_cryptomatte_material": "CryptoMaterial", "use_pass_cryptomatte_asset": "CryptoAsset"}
+MOST_RANKS = 16
+COLOR_AOV, VALUE_AOV, LIGHT_GROUP = "AOV Color ", "AOV Value ", "Combined_"   # the beginnings of the names of passes in the film
+
+
+def mattes(view_layer: bpy.types.ViewLayer) -> list[Pass]:
+    count = (min(MOST_RANKS, view_layer.pass_cryptomatte_depth) + 1) // 2
+    return [Pass(f"{matte}{number:02}", "rgba", "COLOR") for name, matte in MATTES.items() if getattr(view_layer, name) for number in range(count)]
+
+
+def aovs(view_layer: bpy.types.ViewLayer) -> list[Pass]:
+    """An AOV is not valid if another pass has its name."""
+    return [Pass(VALUE_AOV + aov.name, "X", "VALUE", aov.name) if aov.type == "VALUE" else Pass(COLOR_AOV + aov.name, "RGBA", "COLOR", aov.name)
+            for aov in view_layer.aovs if aov.is_valid and aov.name]
+
+
+def types_of_aovs(names: list[str]) -> dict[str, str]:
+    """The type of each AOV among these passes of the film, by its name: the socket of the node that the pass shows."""
+    return {name.removeprefix(prefix): socket for name in names for prefix, socket in ((COLOR_AOV, "Color"), (VALUE_AOV, "Value")) if name.startswith(prefix)}
+
+
+def light_groups(view_layer: bpy.types.ViewLayer) -> list[Pass]:
+    return [Pass(LIGHT_GROUP + group.name, "RGB", "COLOR") for group in view_layer.lightgroups if group.name]
+
+
 def wanted(view_layer: bpy.types.ViewLayer) -> list[Pass]:
     ours = plain.of(view_layer.ajar)
     return ([COMBINED] + [item for name, item in BUILT_IN.items() if getattr(view_layer, name)]
             + [item for name, item in OWN.items() if getattr(ours, name)]
+            + mattes(view_layer) + aovs(view_layer) + light_groups(view_layer)
             + list(DENOISING if ours.use_pass_denoising or compat.cycles_value(view_layer, "denoising_store_passes", False) else ()))
 
 

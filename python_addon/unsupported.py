@@ -40,9 +40,8 @@ SCENE = (
 )
 VIEW_LAYER = (
     *(Setting(f"use_pass_{name}", False, "the pass {name} is not supported and stays black", values={"name": label}) for name, label in (
-        ("vector", "Vector"), ("shadow", "Shadow"), ("ambient_occlusion", "Ambient Occlusion"), ("subsurface_direct", "Subsurface Direct"),
-        ("subsurface_indirect", "Subsurface Indirect"), ("subsurface_color", "Subsurface Color"), ("cryptomatte_object", "Cryptomatte Object"),
-        ("cryptomatte_material", "Cryptomatte Material"), ("cryptomatte_asset", "Cryptomatte Asset"), ("grease_pencil", "Grease Pencil"))),
+        ("shadow", "Shadow"), ("subsurface_direct", "Subsurface Direct"),
+        ("subsurface_indirect", "Subsurface Indirect"), ("subsurface_color", "Subsurface Color"), ("grease_pencil", "Grease Pencil"))),
     *(Setting(f"cycles.use_pass_volume_{name}", False, "the pass {name} is not supported", values={"name": f"Volume {name.title()}"}) for name in ("scatter", "transmit", "majorant")),
     Setting("cycles.pass_render_time", False, "the pass Render Time is not supported"),
 )
@@ -88,6 +87,5 @@ def of_object(thing: bpy.types.Object) -> Iterator[str]:
 def of_view_layer(layer: bpy.types.ViewLayer) -> Iterator[str]:
     yield from asked_of(layer, VIEW_LAYER)
     for output in layer.aovs:
-        yield report("the pass {name} is not supported: AOV Output nodes are ignored", name=output.name)
-    if len(layer.lightgroups) > 0:
-        yield "light groups have no passes: they are used for the importance of light only"
+        if not output.is_valid:
+            yield report("the AOV {name} has no name of its own and is not rendered", name=output.name)

@@ -13,7 +13,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'J'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'K'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -250,6 +250,7 @@ void fields(A& a, ObjectDescription& v) {
   if (a.has('9')) visit(a, v.light_importance);
   if (a.has('A')) visit(a, v.properties);
   if (a.has('J')) all(a, v.receiver_set, v.blocker_set, v.links);
+  if (a.has('K')) all(a, v.asset, v.light_group);
 }
 template <class A>
 void fields(A& a, InstanceOrigin& v) {
@@ -260,6 +261,7 @@ void fields(A& a, InstanceDescription& v) {
   all(a, v.object, v.world_from_object, v.random);
   if (a.has('6')) all(a, v.first_motion_key, v.motion_key_count);
   if (a.has('F')) visit(a, v.origin);
+  if (a.has('K')) visit(a, v.first_frame_key);
 }
 template <class A>
 void fields(A& a, LightDescription& v) {
@@ -268,12 +270,14 @@ void fields(A& a, LightDescription& v) {
   if (a.has('9')) visit(a, v.light_importance);
   if (a.has('E')) all(a, v.soft_falloff, v.even_spot);
   if (a.has('J')) all(a, v.links, v.max_bounces);
+  if (a.has('K')) visit(a, v.light_group);
 }
 template <class A>
 void fields(A& a, WorldDescription& v) {
   all(a, v.name, v.graph, v.color, v.visibility);
   if (a.has('9')) visit(a, v.light_importance);
   if (a.has('J')) visit(a, v.max_bounces);
+  if (a.has('K')) visit(a, v.light_group);
 }
 template <class A>
 void fields(A& a, PanoramaDescription& v) {
@@ -285,6 +289,7 @@ void fields(A& a, CameraDescription& v) {
       v.focus_distance, v.blades, v.blade_rotation, v.aperture_ratio);
   if (a.has('4')) visit(a, v.panorama);
   if (a.has('6')) all(a, v.motion, v.shutter);
+  if (a.has('K')) visit(a, v.frames);
 }
 template <class A>
 void fields(A& a, DicingDescription& v) {

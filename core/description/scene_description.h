@@ -141,6 +141,10 @@ inline constexpr const char* kUndeformedPosition = ".undeformed_position";
 /// flat when a displacement moves their vertices.
 inline constexpr const char* kFlatFaces = ".flat_faces";
 
+/// Names of the vertex attributes (3 components) that hold the positions one frame before and one after, for the pass
+/// Vector.
+inline constexpr const char *kPositionBefore = ".position_before", *kPositionAfter = ".position_after";
+
 enum class StrandShape : uint8_t {
   Ribbon,  ///< flat, faces each ray, shaded as if it were round
   Round    ///< a tube
@@ -261,6 +265,8 @@ struct ObjectDescription {
   std::vector<ObjectProperty> properties;     ///< the properties that materials read
   uint8_t receiver_set = 0, blocker_set = 0;  ///< see LightLinks
   LightLinks links;                           ///< if it emits
+  std::string asset;                          ///< its topmost parent, for Cryptomatte; empty: itself
+  std::string light_group;                    ///< of the light that it emits; empty: none
 };
 
 /// Data of an instance from the instancer that placed it, for the nodes Particle Info, and Texture Coordinate and UV Map
@@ -280,7 +286,8 @@ struct InstanceDescription {
   /// Transforms at evenly spaced times while the shutter is open: a range of SceneDescription::motion_keys. Count 0:
   /// the instance does not move.
   int first_motion_key = 0, motion_key_count = 0;
-  int origin = -1;  ///< index into SceneDescription::instance_origins; -1: all numbers are 0
+  int origin = -1;           ///< index into SceneDescription::instance_origins; -1: all numbers are 0
+  int first_frame_key = -1;  ///< index of the transforms one frame before and one after, in motion_keys; -1: the same
 };
 
 // ---- Lights, world, camera --------------------------------------------------------------
@@ -310,7 +317,8 @@ struct LightDescription {
   bool even_spot = false;
   bool soft_falloff = false;  ///< point, spot: a disk that faces the lit point instead of the sphere
   LightLinks links;
-  int max_bounces = 1024;  ///< after more bounces, the light is not sampled any more, as in Cycles
+  int max_bounces = 1024;   ///< after more bounces, the light is not sampled any more, as in Cycles
+  std::string light_group;  ///< empty: none
 };
 
 struct WorldDescription {
@@ -320,6 +328,7 @@ struct WorldDescription {
   uint32_t visibility = kVisibleAll;
   float light_importance = 1.0f;  ///< see ObjectDescription
   int max_bounces = 1024;         ///< see LightDescription
+  std::string light_group;        ///< empty: none
 };
 
 enum class CameraKind : uint8_t {
@@ -379,6 +388,8 @@ struct CameraDescription {
   /// shutter opens and closes instantly.
   std::vector<float> shutter;
   std::vector<Texel> texels;  ///< for each pixel of the film, rows from the bottom up; scene files do not store them
+  /// world_from_camera one frame before and one after, for the pass Vector; empty: the camera does not move.
+  std::vector<std::array<float, 12>> frames;
   bool operator==(const CameraDescription&) const = default;
 };
 

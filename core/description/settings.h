@@ -54,6 +54,8 @@ struct RenderSettings {
   std::vector<std::string> passes{"Combined"};
   MistDescription mist;
   bool denoised = false;  ///< the owner denoises the image
+  float pass_alpha_threshold = 0.5f;
+  float ao_distance = 10.0f;
   bool operator==(const RenderSettings&) const = default;
 };
 

@@ -231,7 +231,18 @@ constexpr Setting<RenderSettings> kRenderSettings[] = {
      .field = in_settings<&S::denoised>,
      .text = "Whether the image will be denoised. Then `auto` chooses the technique by the noise that a denoiser "
              "leaves. The render itself does not denoise.",
-     .since = 'D'}};
+     .since = 'D'},
+    {.name = "pass_alpha_threshold",
+     .field = in_settings<&S::pass_alpha_threshold>,
+     .text = "Passes such as Depth show the first surface whose alpha is at least this.",
+     .range = {0, 1, Outside::Clamp, Outside::Clamp},
+     .since = 'K'},
+    {.name = "ao_distance",
+     .field = in_settings<&S::ao_distance>,
+     .text = "Surfaces that are farther away than this do not occlude a point in the pass AO.",
+     .unit = "metres",
+     .range = kNotNegative,
+     .since = 'K'}};
 
 constexpr Setting<BounceLimits> kBounceLimits[] = {
     {.name = "total",

@@ -285,6 +285,8 @@ void validate_camera(const CameraDescription& camera) {
   if (!finite(camera.world_from_camera)) throw SceneError("Camera '" + camera.name + "' has an invalid transform.");
   if (!std::all_of(camera.motion.begin(), camera.motion.end(), finite))
     throw SceneError("Camera '" + camera.name + "' has an invalid motion.");
+  if (!std::all_of(camera.frames.begin(), camera.frames.end(), finite))
+    throw SceneError("Camera '" + camera.name + "' has an invalid motion.");
   const Vec4 w = camera.screen_window;
   if (!(w.y > w.x) || !(w.w > w.z) || !std::isfinite(w.y - w.x) || !std::isfinite(w.w - w.z))
     throw SceneError("Camera '" + camera.name + "' has an empty field of view.");
@@ -335,6 +337,8 @@ void validate_motion(SceneDescription& d, Diagnostics& diagnostics) {
       return false;
     return std::all_of(d.motion_keys.begin() + first, d.motion_keys.begin() + first + count, finite);
   };
+  for (InstanceDescription& instance : d.instances)
+    if (instance.first_frame_key >= 0 && !usable(instance.first_frame_key, 2)) instance.first_frame_key = -1;
   for (InstanceDescription& instance : d.instances) {
     if (instance.motion_key_count == 0 || usable(instance.first_motion_key, instance.motion_key_count)) continue;
     instance.motion_key_count = 0;

@@ -45,6 +45,14 @@ bool is_part_pass(const std::string& pass) {
   return kind && (pass.ends_with("Dir") || pass.ends_with("Ind") || pass.ends_with("Col"));
 }
 
+int channels_of_pass(const std::string& pass) {
+  for (const PassInfo& info : known_passes())
+    if (info.name == pass) return info.channels;
+  if (matte_pass(pass)) return 4;
+  if (const auto aov = aov_pass(pass)) return aov->is_color ? 4 : 1;
+  return light_group_of(pass).empty() ? 0 : 3;
+}
+
 const std::vector<PassInfo>& known_passes() {
   static const std::vector<PassInfo> passes{{"Combined", 4},
                                             {"Depth", 1},
@@ -68,6 +76,8 @@ const std::vector<PassInfo>& known_passes() {
                                             {"TransCol", 3},
                                             {"VolumeDir", 3},
                                             {"VolumeInd", 3},
+                                            {"Vector", 4},
+                                            {"AO", 3},
                                             {"Sample Count", 1},
                                             {"Halves", 6},
                                             {"Shadow Catcher", 3},
@@ -87,19 +97,19 @@ const std::vector<PassInfo>& known_passes() {
 }
 
 Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passes)
-    : x0_(x0), y0_(y0), x1_(x1), y1_(y1) {
-  bool wants_parts = false, wants_guides = false;
+    : x0_(x0), y0_(y0), x1_(x1), y1_(y1), extra_(passes, size_t(width()) * size_t(height())) {
+  bool wants_surface = false, wants_parts = false, wants_guides = false;
   for (const std::string& pass : passes) {
-    const auto& known = known_passes();
-    if (std::none_of(known.begin(), known.end(), [&](const PassInfo& info) { return info.name == pass; })) {
-      throw std::invalid_argument("Unknown pass '" + pass + "'. Known passes: " + names_of(known) + ".");
-    }
-    wants_aux_ |= is_aux_pass(pass);
+    if (channels_of_pass(pass) == 0)
+      throw std::invalid_argument("Unknown pass '" + pass + "'. Known passes: " + names_of(known_passes()) +
+                                  ", and those of Cryptomatte, AOVs and light groups.");
+    wants_surface |= is_aux_pass(pass);
     wants_parts |= is_part_pass(pass);
     wants_guides |= is_guide_pass(pass);
   }
   pixels_.resize(size_t(width()) * size_t(height()));
-  if (wants_aux_) aux_.resize(pixels_.size());
+  wants_aux_ = wants_surface || extra_.wanted();
+  if (wants_surface) aux_.resize(pixels_.size());
   if (wants_guides) guides_.resize(pixels_.size());
   if (wants_parts) parts_.resize(pixels_.size());
 }
@@ -109,14 +119,14 @@ uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool spla
              guides = std::any_of(passes.begin(), passes.end(), is_guide_pass),
              parts = std::any_of(passes.begin(), passes.end(), is_part_pass);
   return sizeof(Pixel) + (aux ? sizeof(AuxPixel) : 0) + (guides ? sizeof(GuidePixel) : 0) +
-         (parts ? sizeof(PartsPixel) : 0) + kMaxRemembered * 3 * sizeof(float) +
+         (parts ? sizeof(PartsPixel) : 0) + ExtraPasses::bytes_per_pixel(passes) + kMaxRemembered * 3 * sizeof(float) +
          (splats ? sizeof(SplatPixel) + std::tuple_size_v<decltype(pending_)> * sizeof(PendingPixel) : 0);
 }
 
 uint64_t Film::memory_bytes() const {
   uint64_t bytes = pixels_.size() * sizeof(Pixel) + aux_.size() * sizeof(AuxPixel) +
                    guides_.size() * sizeof(GuidePixel) + parts_.size() * sizeof(PartsPixel) +
-                   goals_.size() * sizeof(uint32_t) + caught_.memory_bytes();
+                   goals_.size() * sizeof(uint32_t) + caught_.memory_bytes() + extra_.memory_bytes();
   if (splats_) bytes += pixels_.size() * sizeof(SplatPixel);
   for (const PendingSplats& pending : pending_) bytes += pending.pixels ? pixels_.size() * sizeof(PendingPixel) : 0;
   for (const Remembered& one : remembered_)
@@ -143,7 +153,8 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
   const double y_luminance = double(luminance(radiance));
   pixel.sum_luminance_squared += y_luminance * y_luminance;
   if (early_.enabled()) early_.add(index, number, float(y_luminance));
-  if (aux && wants_aux_) {
+  if (aux && aux->extras) extra_.add(index, *aux->extras);
+  if (aux && !aux_.empty()) {
     AuxPixel& a = aux_[index];
     // Depth and position cannot be averaged across an edge. The first sample is used for the pixel, as in Cycles.
     if (!a.has_first) {
@@ -169,8 +180,22 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
   return true;
 }
 
+double Film::dropped_mattes() const {
+  if (extra_.dropped() == 0.0) return 0.0;
+  const double samples = sample_counts().mean * double(pixels_.size());
+  return samples > 0.0 ? extra_.dropped() / samples : 0.0;
+}
+
+void SampleRecord::begin_extras(const Film& film, int x, int y) {
+  film.extra_.begin(extras_, uint32_t(film.index_of(x, y)), film.samples_of(x, y));
+  aux_.extras = &extras_;
+}
+
 void Film::add_parts(int x, int y, const SampleParts& parts) {
-  PartsPixel& p = parts_[index_of(x, y)];
+  const size_t index = index_of(x, y);
+  if (!parts.groups.empty()) extra_.add_groups(index, parts.groups);
+  if (parts_.empty()) return;
+  PartsPixel& p = parts_[index];
   for (int c = 0; c < 3; ++c) {
     p.emission[c] += double(parts.emission[c]);
     p.environment[c] += double(parts.environment[c]);
@@ -288,16 +313,15 @@ std::vector<float> Film::resolve_caught(const std::string& pass, float exposure,
 }
 
 std::vector<float> Film::resolve(const std::string& pass, float exposure) const {
-  const auto& known = known_passes();
-  const auto info = std::find_if(known.begin(), known.end(), [&](const PassInfo& p) { return p.name == pass; });
-  if (info == known.end()) throw std::invalid_argument("Unknown pass '" + pass + "'.");
-  const size_t channels = size_t(info->channels);
+  const size_t channels = size_t(channels_of_pass(pass));
+  if (channels == 0) throw std::invalid_argument("Unknown pass '" + pass + "'.");
   if (pass == "Shadow Catcher" || (caught_.enabled() && (pass == "Combined" || pass == "Halves")))
     return resolve_caught(pass, exposure, channels);
   std::vector<float> out(pixels_.size() * channels, 0.0f);
   if ((is_aux_pass(pass) && aux_.empty()) || (is_guide_pass(pass) && guides_.empty()) ||
       (is_part_pass(pass) && parts_.empty()))
     return out;
+  const bool is_extra = ExtraPasses::makes(pass);
   const size_t kind = pass.starts_with("Diff") ? 0 : pass.starts_with("Gloss") ? 1 : 2;
   std::vector<float> variance;
   if (pass == "Variance" || pass == "Error" || pass == "Perceptual Error") variance = variance_of_mean();
@@ -310,7 +334,9 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
     if (p.count == 0 && !splats_) continue;
     const double scale = p.count > 0 ? 1.0 / double(p.count) : 0.0;
     float* o = out.data() + i * channels;
-    if (pass == "Combined") {
+    if (is_extra) {
+      extra_.resolve(pass, i, double(p.count), exposure, o);
+    } else if (pass == "Combined") {
       for (int c = 0; c < 3; ++c) o[c] = float((p.sum[c] * scale + splatted(i, c)) * double(exposure));
       o[3] = float(p.sum_alpha * scale);
     } else if (pass == "Sample Count") {

@@ -22,6 +22,7 @@
 
 #include "film/caught_light.h"
 #include "film/early_samples.h"
+#include "film/extra_passes.h"
 #include "math/types.h"
 
 namespace ajar {
@@ -31,8 +32,10 @@ struct PassInfo {
   std::string name;
   int channels;
 };
-/// All passes of the film. A request for another pass is an error whose message lists these.
+/// All passes of the film that have a fixed name. A request for another pass is an error whose message lists these.
 const std::vector<PassInfo>& known_passes();
+/// The number of channels of a pass, which may also be one of ExtraPasses; 0 if there is no such pass.
+int channels_of_pass(const std::string& pass);
 
 /// Values of one sample besides its radiance; filled at the first hit.
 struct SampleAux {
@@ -45,6 +48,8 @@ struct SampleAux {
   /// BSDF from the widest to the sharpest.
   std::array<float, 7> shares{};
   bool has_first = false;  ///< the first hit was recorded
+  bool has_guides = false;
+  SampleExtras* extras = nullptr;  ///< null: no pass needs them
   /// Guides of a denoiser: the albedo and the normal of the first surface that is not nearly a mirror, seen through
   /// mirrors and glass, whose colours the albedo contains.
   Color guide_albedo{0.0f}, guide_throughput{1.0f};
@@ -60,6 +65,10 @@ struct SampleParts {
   /// albedo by which Blender divides the direct and the indirect light
   std::array<Color, 3> color{Color(0.0f), Color(0.0f), Color(0.0f)};
   std::array<Color, 2> volume{Color(0.0f), Color(0.0f)};  ///< direct and indirect light that a volume scatters
+  /// The light of each group whose pass is asked for; empty: none is.
+  std::vector<Color> groups;
+  const int* shown_groups = nullptr;  ///< the index in `groups` of each light group of the scene; -1: no pass shows it
+  int group = -1;                     ///< index in `groups` of the light that is added next; -1: none
 };
 /// Whether a pass is made from SampleParts, which not all integrators provide.
 bool is_part_pass(const std::string& pass);
@@ -78,7 +87,10 @@ class Film {
   int x0() const { return x0_; }
   int y0() const { return y0_; }
   bool wants_aux() const { return wants_aux_; }
-  bool wants_parts() const { return !parts_.empty(); }
+  bool wants_parts() const { return !parts_.empty() || !extra_.groups().empty(); }
+  const std::vector<std::string>& light_groups() const { return extra_.groups(); }
+  /// Coverage of mattes that their tables could not hold, as a fraction of all samples.
+  double dropped_mattes() const;
 
   /// Adds one sample of pixel (x, y) of the full frame. Different pixels may be written by different threads. Returns
   /// false, and counts the sample as refused, if it is not finite.
@@ -212,7 +224,26 @@ class Film {
   std::vector<uint32_t> goals_;
   EarlySamples early_;
   CaughtLight caught_;
+  ExtraPasses extra_;
+  friend class SampleRecord;
   std::atomic<uint64_t> refused_{0};
+};
+
+/// Storage of a thread for the values of a sample that passes need.
+class SampleRecord {
+ public:
+  /// Starts the next sample of pixel (x, y) of the full frame. Returns null if no pass needs its values.
+  SampleAux* begin(const Film& film, int x, int y) {
+    if (!film.wants_aux_) return nullptr;
+    aux_ = SampleAux();
+    if (film.extra_.wanted()) begin_extras(film, x, y);
+    return &aux_;
+  }
+
+ private:
+  void begin_extras(const Film& film, int x, int y);
+  SampleAux aux_;
+  SampleExtras extras_;
 };
 
 }  // namespace ajar

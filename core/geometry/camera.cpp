@@ -46,6 +46,8 @@ Camera::Camera(const CameraDescription& description, int width, int height)
   if (!std::all_of(shutter_.begin(), shutter_.end(), [](float t) { return t >= 0.0f && t <= 1.0f; })) shutter_.clear();
   if (description.motion.size() > 1)
     for (const auto& rows : description.motion) motion_.push_back(split(without_scale(to_matrix(rows))));
+  if (description.frames.size() == 2)
+    for (const auto& rows : description.frames) frames_.push_back(glm::affineInverse(without_scale(to_matrix(rows))));
   camera_from_world_ = glm::inverse(world_from_camera_);
   pixel_area_ = std::abs((window_.y - window_.x) * (window_.w - window_.z)) / (float(width_) * float(height_));
   if (lens_radius_ > 0.0f && kind_ == CameraKind::Orthographic) lens_depth_ = clip_start_;
@@ -121,6 +123,19 @@ std::optional<Vec2> Camera::film_of(Vec2 lens, Vec3 p, float time) const {
     window /= depth;
   }
   return on_film(window);
+}
+
+std::optional<Vec2> Camera::film_at_frame(Vec3 p, int frame) const {
+  const bool other = frame != 0 && !frames_.empty();
+  const Vec3 local = transform_point(other ? frames_[frame > 0 ? 1 : 0] : camera_from_world_, p);
+  if (kind_ == CameraKind::Panorama) {
+    const float distance = glm::length(local);
+    const auto found = distance > 0.0f ? panorama_.film_of(local / distance) : std::nullopt;
+    return found ? std::optional(on_film(*found)) : std::nullopt;
+  }
+  if (is_orthographic()) return on_film(Vec2(local));
+  if (!(-local.z > 0.0f)) return std::nullopt;
+  return on_film(Vec2(local) / -local.z);
 }
 
 bool Camera::finds_film(float margin) const {

@@ -67,6 +67,10 @@ class Camera {
   /// Ray through a film point and this point of the lens.
   Ray ray_through(Vec2 film, Vec2 lens, float time) const;
 
+  /// Film points of p one frame before and one after, through the centre of the lens; that of now if the camera does
+  /// not move. Empty if it is not in front of the camera.
+  std::optional<Vec2> film_at_frame(Vec3 p, int frame) const;
+
   bool sees_texels() const { return kind_ == CameraKind::Texels; }
   bool moves() const { return motion_.size() > 1; }
   /// Time in [0, 1] of the shutter interval for a uniform number in [0, 1).
@@ -103,6 +107,7 @@ class Camera {
   Mat4 world_from_camera_{1.0f}, camera_from_world_{1.0f};
   std::vector<SplitTransform> motion_;  ///< world_from_camera_ while the shutter is open; empty: no motion
   std::vector<float> shutter_;
+  std::vector<Mat4> frames_;  ///< camera_from_world one frame before and one after; empty: no motion
   int width_ = 1, height_ = 1;
   Vec4 window_{-1, 1, -1, 1};
   float clip_start_ = 0.0f, clip_end_ = kInfinity;

@@ -70,6 +70,7 @@ struct BuiltInstance {
   /// world_from_object at evenly spaced times while the shutter is open; null: no motion
   const Mat4* motion = nullptr;
   uint32_t motion_count = 0;
+  uint32_t first_frame = ~0u;  ///< in Scene::frames: world_from_object one frame before and one after; ~0: no motion
 };
 
 /// The transform at a time of the shutter interval; `moved` is the storage for the transform of a moving instance.

@@ -103,14 +103,14 @@ class Bdpt final : public Integrator {
     const int full_width = scene_->settings().width, full_height = scene_->settings().height;
     sampler.start(uint32_t(py) * uint32_t(full_width) + uint32_t(px), index);
     const Vec2 offset = filter_.sample(sampler.get_2d());
-    SampleAux aux;
+    SampleRecord record;
+    SampleAux* const aux = record.begin(film, px, py);
     Color radiance(0.0f);
     uint32_t splats = 0;
     // The two halves get equally many splats, whatever the sample counts are.
     const bool odd = (index + uint32_t(px + py)) & 1;
     if (merging_.active()) walks.pass_time = merging_.time();
-    for (const FoundPath& path :
-         walks.sample(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, sampler, film.wants_aux() ? &aux : nullptr)) {
+    for (const FoundPath& path : walks.sample(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, sampler, aux)) {
       if (path.t > 1 || path.s == 0) {
         radiance += path.contribution;
         continue;
@@ -122,7 +122,7 @@ class Bdpt final : public Integrator {
       film.add_splat(column.pixel, row.pixel,
                      path.contribution * float(double(column.weight * row.weight) / light_walks), odd);
     }
-    film.add_sample(px, py, radiance + walks.merged() + walks.glow(), walks.alpha(), &aux);
+    film.add_sample(px, py, radiance + walks.merged() + walks.glow(), walks.alpha(), aux);
   }
 
   std::shared_ptr<const Scene> scene_;

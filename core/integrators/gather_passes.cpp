@@ -198,12 +198,12 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
     further_.prepare(*scene_, film, filter_, seed_, kFurtherSeen);
   }
   tbb::combinable<uint64_t> seen_rays([] { return uint64_t(0); });
-  const bool wants_aux = film.wants_aux();
   for_each_pixel(film, seed_, pass_, false, stop, [&](PhotonGatherer& gatherer, int px, int py, const Ray& ray) {
-    SampleAux aux;
+    SampleRecord record;
+    SampleAux* const aux = record.begin(film, px, py);
     float alpha = 1.0f;
     Color seen(0.0f);
-    const Color rest = sees_nothing(ray) ? Color(0.0f) : gatherer.trace(ray, wants_aux ? &aux : nullptr, alpha, seen);
+    const Color rest = sees_nothing(ray) ? Color(0.0f) : gatherer.trace(ray, aux, alpha, seen);
     // Light that is seen directly is separate only where there are no media.
     if (further_.active() && !media_)
       seen = further_.mean_with(
@@ -212,7 +212,7 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
             const Ray further = scene_->camera().generate_ray(on_film, u_lens, sample_time(*scene_, sampler));
             return sees_nothing(further) ? Color(0.0f) : trace_seen_light(*scene_, further, sampler, seen_rays.local());
           });
-    film.add_sample(px, py, rest + seen, alpha, &aux);
+    film.add_sample(px, py, rest + seen, alpha, aux);
   });
   seen_rays.combine_each([&](uint64_t rays) { seen_rays_ += rays; });
   paths_ += uint64_t(film.width()) * uint64_t(film.height());

@@ -17,6 +17,7 @@
 #include "transport/direct/eye_media.h"
 #include "transport/media/subsurface_walk.h"
 #include "transport/paths/eye_walk.h"
+#include "transport/paths/record.h"
 #include "transport/paths/walk.h"
 #include "transport/photons/cached_part.h"
 #include "transport/photons/irradiance_records.h"
@@ -131,14 +132,14 @@ class IrradianceCache final : public Integrator {
         },
         [&](Tile& tile, int px, int py, uint32_t index) {
           const Ray ray = start_sample(tile.sampler, px, py, index, time);
-          SampleAux aux;
+          SampleRecord record;
+          SampleAux* const aux = record.begin(film, px, py);
           float alpha = 1.0f;
           ++tile.counter.paths;
-          const Color radiance = sees_nothing(ray)
-                                     ? Color(0.0f)
-                                     : trace(direct_light, start_at_camera(ray, px, py, index), tile.sampler,
-                                             film.wants_aux() ? &aux : nullptr, alpha, tile.counter);
-          film.add_sample(px, py, radiance, alpha, &aux);
+          const Color radiance = sees_nothing(ray) ? Color(0.0f)
+                                                   : trace(direct_light, start_at_camera(ray, px, py, index),
+                                                           tile.sampler, aux, alpha, tile.counter);
+          film.add_sample(px, py, radiance, alpha, aux);
         });
     counters.combine_each([&](const Counters& c) {
       statistics_.rays += c.rays;
@@ -410,9 +411,9 @@ class IrradianceCache final : public Integrator {
         if (step == EyeMedia::Step::End) break;
         if (step == EyeMedia::Step::Traced) continue;
       }
-      if (!is_black(to_lights) && !walk.found()) walk.meet_distant(add_met);
       if (!walk.found()) {
-        alpha += walk.alpha_of_nothing(beta);
+        if (!is_black(to_lights)) walk.meet_distant(add_met);
+        alpha += record_nothing(scene, walk, beta, aux);
         break;
       }
       if (vertex == 0 && start.inverse_distance) *start.inverse_distance = 1.0f / walk.hit.t;
@@ -421,7 +422,7 @@ class IrradianceCache final : public Integrator {
       const Bsdf& bsdf = shading.bsdf;
       if (!is_black(shading.emission) && !is_black(to_lights))
         radiance += to_lights * shading.emission * walk.emission_weight(weight_of_hit);
-      SampleAux* const vertex_aux = record_vertex(*scene_, point, bsdf, aux);
+      SampleAux* const vertex_aux = record_vertex(*scene_, point, bsdf, to_lights, aux);
       const Color transparency = bsdf.transparency();
       if (point.ray_depth == 0) alpha += walk.alpha_of_surface(beta, transparency);
       if (bsdf.empty()) break;

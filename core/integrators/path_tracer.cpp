@@ -32,6 +32,16 @@ namespace {
 
 using D = PathDimensions;
 
+/// The index of each light group of the scene among those that the film shows; -1: it does not.
+std::vector<int> shown_light_groups(const Scene& scene, const Film& film) {
+  std::vector<int> shown;
+  for (const std::string& name : scene.light_groups()) {
+    const auto found = std::find(film.light_groups().begin(), film.light_groups().end(), name);
+    shown.push_back(found == film.light_groups().end() ? -1 : int(found - film.light_groups().begin()));
+  }
+  return shown;
+}
+
 class PathTracer final : public Integrator {
  public:
   Bias bias() const override { return bias_; }
@@ -203,14 +213,15 @@ class PathTracer final : public Integrator {
     struct Tile {
       Sampler sampler;
       PathCounters& counter;
-      SampleAux aux;
+      SampleRecord record;
     };
     const uint32_t full_width = uint32_t(scene_->settings().width);
     const bool moves = scene_->moves();
+    const std::vector<int> shown_groups = film.wants_parts() ? shown_light_groups(*scene_, film) : std::vector<int>();
     for_each_sample(
         film, samples_done_, stop,
         [&] {
-          return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local(), SampleAux()};
+          return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local(), SampleRecord()};
         },
         [&](Tile& tile, int px, int py, uint32_t index) {
           const uint32_t pixel = uint32_t(py) * full_width + uint32_t(px);
@@ -224,7 +235,7 @@ class PathTracer final : public Integrator {
             time = scene_->camera().time_of(tile.sampler.get_1d());
           }
           const Ray ray = scene_->camera().generate_ray(on_film, u_lens, time);
-          SampleAux* const aux = film.wants_aux() ? &(tile.aux = SampleAux()) : nullptr;
+          SampleAux* const aux = tile.record.begin(film, px, py);
           float alpha = 1.0f;
           if (sees_nothing(ray)) {
             film.add_sample(px, py, Color(0.0f), 1.0f, aux);
@@ -233,6 +244,10 @@ class PathTracer final : public Integrator {
           Guide guide;
           if constexpr (Guide::kGuided) guide = guide_->of_sample(px - film.x0(), py - film.y0(), pixel, index);
           Parts parts;
+          if constexpr (std::is_same_v<Parts, SampleParts>) {
+            if (!shown_groups.empty()) parts.shown_groups = shown_groups.data();
+            parts.groups.resize(film.light_groups().size(), Color(0.0f));
+          }
           CaughtPath caught;
           const PathStart start{*scene_,      ray,          px,
                                 py,           tile.sampler, aux,

@@ -19,6 +19,7 @@
 #include "transport/media/path_in_media.h"
 #include "transport/media/subsurface_walk.h"
 #include "transport/paths/eye_walk.h"
+#include "transport/paths/record.h"
 
 namespace ajar {
 
@@ -115,7 +116,7 @@ class PathWalk {
       walk_.meet_distant(meet);
       if (start_.caught && walk_.seen_directly()) [[unlikely]]
         if (!start_.caught->caught) start_.caught->sees_background = beta_;
-      alpha_ += walk_.alpha_of_nothing(beta_);
+      alpha_ += record_nothing(scene_, walk_, beta_, aux_);
       return false;
     }
     if (!walk_.arrive()) return false;
@@ -145,7 +146,24 @@ class PathWalk {
     if constexpr (kParts) add_to_parts(contribution, bounces);
   }
 
+  /// Whose light is added next.
+  [[gnu::always_inline]] void note_light(uint32_t light) {
+    if constexpr (kSources) parts_.of_source = scene_.light_importance(light);
+    if constexpr (kParts) note_group(parts_.shown_groups ? scene_.light_group(light) : -1);
+  }
+  [[gnu::always_inline]] void note_emission([[maybe_unused]] const ObjectDescription& object) {
+    if constexpr (kSources) parts_.of_source = object.light_importance;
+    if constexpr (kParts) note_group(parts_.shown_groups ? scene_.light_group_of(object) : -1);
+  }
+  /// No source.
+  [[gnu::always_inline]] void note_nothing() {
+    if constexpr (kSources) parts_.of_source = 1.0f;
+    if constexpr (kParts) parts_.group = -1;
+  }
+  void note_group(int group) { parts_.group = group >= 0 ? parts_.shown_groups[group] : -1; }
+
   void add_to_parts(Color contribution, int bounces) {
+    if (parts_.group >= 0) parts_.groups[size_t(parts_.group)] += contribution;
     if (bounces == 0) {
       parts_.emission += contribution;
       return;
@@ -171,7 +189,7 @@ class PathWalk {
   }
 
   [[gnu::always_inline]] void add_met(const LightMet& met) {
-    if constexpr (kSources) parts_.of_source = scene_.light_importance(met.light);
+    note_light(met.light);
     if constexpr (kParts) {
       if (walk_.seen_directly() && int(met.light) == lights_.environment_index()) {
         const Color seen = std::exchange(parts_.emission, Color(0.0f));
@@ -222,11 +240,10 @@ class PathWalk {
     const Vec3 place = ray.origin + event.t * ray.direction;
     if (scattered && !uniform && lights_.can_choose())
       direct = beta_ * estimate_direct_at(context(phase), place, sampled);
-    if constexpr (kSources) parts_.of_source = 1.0f;
+    note_nothing();
     if (!is_black(event.emitted)) add(event.emitted, point.ray_depth);
     if (point.ray_depth == 0) medium_.pass = true;
-    if constexpr (kSources)
-      if (!is_black(direct)) parts_.of_source = scene_.light_importance(sampled.light);
+    if (!is_black(direct)) note_light(sampled.light);
     if (!is_black(direct)) add(direct, point.ray_depth + 1);
     if (point.ray_depth == 0) medium_.pass = scattered;
     if (point.ray_depth == 0) alpha_ += luminance(scattered ? before : before - beta_);
@@ -285,12 +302,12 @@ class PathWalk {
     const ShadingPoint& point = walk_.point;
     const Bsdf& bsdf = walk_.shading.bsdf;
     if (!is_black(walk_.shading.emission)) {
-      if constexpr (kSources) parts_.of_source = point.object->light_importance;
+      note_emission(*point.object);
       const float weight = walk_.emission_weight(
           [&](uint32_t light, Vec3 position, Vec3 normal) { return weight_of_hit(light, position, normal); });
       add(beta_ * walk_.shading.emission * weight, point.ray_depth);
     }
-    vertex_aux_ = record_vertex(scene_, point, bsdf, aux_);
+    vertex_aux_ = record_vertex(scene_, point, bsdf, beta_, aux_);
     if constexpr (kParts) {
       if (point.ray_depth == 0) {
         const auto color = bsdf.albedo_of_kinds();
@@ -345,8 +362,10 @@ class PathWalk {
     if constexpr (kParts)
       if (point.ray_depth == 0 && !is_black(direct))
         shares_ = shares_of(bsdf, bsdf.f_cos_of_kinds(point.wo, sampled.wi));
-    if constexpr (kSources) parts_.of_source = scene_.light_importance(sampled.light);
-    if (!is_black(direct)) add(beta_ * direct, point.ray_depth + 1);
+    if (!is_black(direct)) {
+      if constexpr (kParts || kSources) note_light(sampled.light);
+      add(beta_ * direct, point.ray_depth + 1);
+    }
   }
 
   /// Adds direct light, then chooses the next direction of the path. Returns false where the path ends.

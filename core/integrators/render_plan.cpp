@@ -29,6 +29,9 @@ std::string memory(uint64_t bytes) {
   return text;
 }
 
+/// Whether the pass has a part of the light.
+bool separates_light(const std::string& pass) { return is_part_pass(pass) || !light_group_of(pass).empty(); }
+
 /// Decisions and their plan steps, one function for each.
 class Planner {
  public:
@@ -38,7 +41,7 @@ class Planner {
   RenderPlan make() {
     plan_.media = scene_.has_media();
     plan_.parts = integrator_.knows_parts &&
-                  std::any_of(settings_.passes.begin(), settings_.passes.end(), is_part_pass);
+                  std::any_of(settings_.passes.begin(), settings_.passes.end(), separates_light);
     plan_.ends_early = !plan_.media && !scene_.emission_without_lights();  // media may emit
     choose_lights();
     look_at_camera();
@@ -232,7 +235,7 @@ class Planner {
             " at most");
     std::string parts;
     for (const std::string& pass : settings_.passes)
-      if (is_part_pass(pass)) parts += (parts.empty() ? "" : ", ") + pass;
+      if (separates_light(pass)) parts += (parts.empty() ? "" : ", ") + pass;
     if (parts.empty()) return;
     if (!integrator_.knows_parts)
       plan_.warnings.emplace_back(std::string(integrator_.label) + " does not render the passes " + parts +

@@ -22,12 +22,6 @@ constexpr uint64_t kLongestHeader = 1 << 20;
   throw SceneError("The checkpoint \"" + path + "\" " + why + ".");
 }
 
-int channels_of(const std::string& pass) {
-  for (const PassInfo& info : known_passes())
-    if (info.name == pass) return info.channels;
-  return 0;
-}
-
 size_t pixels_of(const Checkpoint& c) { return size_t(c.region[2] - c.region[0]) * size_t(c.region[3] - c.region[1]); }
 
 double merged_relmse(const Checkpoint& a, const Checkpoint& b) {
@@ -103,13 +97,13 @@ Checkpoint load_checkpoint(const std::string& path) {
     const auto left = std::filesystem::file_size(path) - uint64_t(here);
     uint64_t wanted = 0;
     for (const std::string name : header.at("passes")) {
-      if (channels_of(name) == 0) fail(path, "holds an unknown pass \"" + name + "\"");
-      wanted += uint64_t(channels_of(name)) * pixels_of(c) * sizeof(float);
+      if (channels_of_pass(name) == 0) fail(path, "holds an unknown pass \"" + name + "\"");
+      wanted += uint64_t(channels_of_pass(name)) * pixels_of(c) * sizeof(float);
     }
     if (wanted != left) fail(path, "is damaged");
     for (const std::string name : header.at("passes")) {
       std::vector<float>& values = c.passes[name];
-      values.resize(size_t(channels_of(name)) * pixels_of(c));
+      values.resize(size_t(channels_of_pass(name)) * pixels_of(c));
       file.read(reinterpret_cast<char*>(values.data()), std::streamsize(values.size() * sizeof(float)));
     }
   } catch (const nlohmann::json::exception&) {
@@ -146,6 +140,21 @@ std::vector<float> merge_pass(const std::string& pass, const std::vector<float>&
   return merged;
 }
 
+std::vector<float> merge_matte(const std::string& pass, const Checkpoint& a, const Checkpoint& b) {
+  const MattePass matte = *matte_pass(pass);
+  std::vector<const std::vector<float>*> of_a, of_b;
+  size_t at = 0;
+  for (const auto& [name, values] : a.passes) {
+    const auto other = matte_pass(name), found = other && other->kind == matte.kind ? other : std::nullopt;
+    if (!found || !b.passes.contains(name)) continue;
+    if (name == pass) at = of_a.size();
+    of_a.push_back(&values);
+    of_b.push_back(&b.passes.at(name));
+  }
+  const double wa = a.samples / (a.samples + b.samples);
+  return merge_mattes(of_a, wa, of_b, 1.0 - wa).at(at);
+}
+
 Checkpoint merge(const Checkpoint& a, const Checkpoint& b) {
   if (const std::string why = reason_against_merging(a, b); !why.empty())
     throw SceneError("These renders cannot be merged: " + why + ".");
@@ -153,7 +162,10 @@ Checkpoint merge(const Checkpoint& a, const Checkpoint& b) {
   c.passes.clear();
   for (const auto& [name, values] : a.passes)
     if (const auto other = b.passes.find(name); other != b.passes.end())
-      c.passes[name] = merge_pass(name, values, a.samples, other->second, b.samples);
+      c.passes[name] = matte_pass(name) ? std::vector<float>()
+                                        : merge_pass(name, values, a.samples, other->second, b.samples);
+  for (auto& [name, values] : c.passes)
+    if (matte_pass(name)) values = merge_matte(name, a, b);
   c.seeds.insert(c.seeds.end(), b.seeds.begin(), b.seeds.end());
   for (const std::string& integrator : b.integrators)
     if (std::find(c.integrators.begin(), c.integrators.end(), integrator) == c.integrators.end())

@@ -35,7 +35,9 @@ Checkpoint load_checkpoint(const std::string& path);
 std::string reason_against_merging(const Checkpoint& a, const Checkpoint& b);
 /// Both renders as one. Passes that one of them lacks are left out. Throws SceneError if they cannot be merged.
 Checkpoint merge(const Checkpoint& a, const Checkpoint& b);
-/// One pass of two renders, merged by their numbers of samples.
+/// A pass of Cryptomatte that both renders have, merged by the ids of mattes.
+std::vector<float> merge_matte(const std::string& pass, const Checkpoint& a, const Checkpoint& b);
+/// Another pass of two renders, merged by their numbers of samples.
 std::vector<float> merge_pass(const std::string& pass, const std::vector<float>& a, double samples_a,
                               const std::vector<float>& b, double samples_b);
 

@@ -65,10 +65,11 @@ std::vector<float> SessionState::resolve(const std::string& pass) const {
   const auto before = base->passes.find(pass);
   if (before == base->passes.end()) return values;
   const double samples = film->sample_counts().mean;
+  if (matte_pass(pass) && samples > 0.0) return merge_matte(pass, *base, checkpoint_of_film());
   return samples > 0.0 ? merge_pass(pass, before->second, base->samples, values, samples) : before->second;
 }
 
-Checkpoint SessionState::checkpoint() const {
+Checkpoint SessionState::checkpoint_of_film() const {
   Checkpoint c;
   c.frame = {settings.width, settings.height};
   c.region = settings.region;
@@ -82,6 +83,11 @@ Checkpoint SessionState::checkpoint() const {
   c.relmse = progress.estimated_relmse;
   for (const std::string& pass : settings.passes) c.passes[pass] = film->resolve(pass, settings.exposure);
   for (const char* pass : {"Sample Count", "Variance"}) c.passes[pass] = film->resolve(pass, settings.exposure);
+  return c;
+}
+
+Checkpoint SessionState::checkpoint() const {
+  Checkpoint c = checkpoint_of_film();
   return base ? merge(*base, c) : c;
 }
 

@@ -80,6 +80,7 @@ struct SessionState {
   void measure_film();
   /// A pass of all samples so far, including those of a checkpoint. Only while nothing writes to the film.
   std::vector<float> resolve(const std::string& pass) const;
+  Checkpoint checkpoint_of_film() const;  ///< of the samples of the film alone
   Checkpoint checkpoint() const;
 };
 

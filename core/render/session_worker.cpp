@@ -19,6 +19,8 @@ namespace {
 constexpr uint32_t kImportancePilot = 0x6c676874u;  // for a separate seed
 constexpr double kPilotTimeShare = 0.25;            // maximum share of a time limit for the choice of a technique
 
+constexpr double kMaxDropped = 1e-3;  // coverage of mattes without a rank that is not reported
+
 /// Whether the scene has about the same place and size. Its objects may differ.
 bool is_scene_of(const Scene& scene, const Learned& before) {
   const float ratio = scene.radius() / before.radius;
@@ -417,6 +419,10 @@ void SessionWorker::publish(double seconds, uint64_t done, bool cut) {
   }
   state->statistics = integrator.statistics();
   state->measure_film();
+  if (state->film->dropped_mattes() > kMaxDropped)
+    report_once(state->diagnostics,
+                {Diagnostic::Severity::Warning, "",
+                 "Cryptomatte: in some pixels there are more mattes than ranks; more Levels show all of them."});
   progress.samples = state->samples_before() + state->sample_counts.mean;
   progress.render_seconds = seconds;
   if (!cut && state->policy.error_due(seconds, done)) estimate_error(*state, seconds, done);

@@ -253,6 +253,21 @@ bool Scene::any_light_importance() const {
          });
 }
 
+int Scene::light_group(uint32_t light) const {
+  if (light < lamp_groups_.size()) return lamp_groups_[light];
+  if (int(light) == lights_.environment_index()) return world_group_;
+  return object_groups_[instances_[lights_.light(light).instance].object];
+}
+
+int Scene::light_group_of(const ObjectDescription& object) const {
+  return object_groups_[size_t(&object - objects_.data())];
+}
+
+std::array<float, 3> Scene::matte_ids(const ShadingPoint& point) const {
+  const uint32_t object = point.instance->object;
+  return {object_mattes_[object], material_mattes_[size_t(material_index(point))], asset_mattes_[object]};
+}
+
 namespace {
 
 /// The rounding errors of the place where a sphere is left, and of its tangent plane, are added.

@@ -2,6 +2,7 @@
 // threads. There are no globals.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <functional>
 #include <memory>
@@ -135,6 +136,14 @@ class Scene {
   /// Importance of one light, and whether that of any source is not 1 (see ObjectDescription::light_importance).
   float light_importance(uint32_t light) const;
   bool any_light_importance() const;
+  /// The names of all light groups, and the index of the group of a light or of the emission of an object; -1: none.
+  const std::vector<std::string>& light_groups() const { return light_groups_; }
+  int light_group(uint32_t light) const;
+  int light_group_of(const ObjectDescription& object) const;
+  /// Transforms of instances one frame before and one after: BuiltInstance::first_frame.
+  const std::vector<Mat4>& frames() const { return frames_; }
+  /// Ids of Cryptomatte: of the object, of the material, and of the asset.
+  std::array<float, 3> matte_ids(const ShadingPoint& point) const;
 
   /// Ray from a surface point towards `direction`. Its origin is moved off the surface, to the side of `direction`, by
   /// the error bound of the point.
@@ -228,6 +237,11 @@ class Scene {
   std::shared_ptr<Scene> catchers_;
   std::vector<float> lamp_importances_;
   float world_light_importance_ = 1.0f;
+  std::vector<std::string> light_groups_;
+  std::vector<int> lamp_groups_, object_groups_;
+  int world_group_ = -1;
+  std::vector<float> object_mattes_, asset_mattes_, material_mattes_;
+  std::vector<Mat4> frames_;  // of instances that have moved since the last frame, or will until the next one
   std::unique_ptr<Accel> accel_;
   BuildStatistics statistics_;
   bool any_transparent_ = false, has_media_ = false;

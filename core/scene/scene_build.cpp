@@ -13,6 +13,7 @@
 #include "scene/default_surface.h"
 #include "scene/dice_meshes.h"
 #include "scene/displace.h"
+#include "scene/pass_names.h"
 #include "shading/images/color_spaces.h"
 
 namespace ajar {
@@ -347,6 +348,10 @@ void Scene::Builder::add_instance(const InstanceDescription& in) {
   instance.visibility = object.visibility & kVisibleAll;
   if (object.visibility & kVisibleShadow) instance.visibility |= blocker_bit(object.blocker_set);
   instance.random = in.random;
+  if (in.first_frame_key >= 0 && !singular) {
+    instance.first_frame = uint32_t(s_.frames_.size());
+    for (int k = 0; k < 2; ++k) s_.frames_.push_back(to_matrix(d_.motion_keys[size_t(in.first_frame_key + k)]));
+  }
   if (in.origin >= 0) instance.origin = &s_.instance_origins_[size_t(in.origin)];
   s_.instances_.push_back(instance);
   s_.statistics_.instanced_triangles += s_.meshes_[instance.mesh].triangles.size();
@@ -473,6 +478,9 @@ void Scene::Builder::gather_lights() {
   s_.statistics_.accel_bytes = s_.accel_->memory_bytes();
   for (const LightDescription& light : d_.lights) s_.lamp_importances_.push_back(light.light_importance);
   s_.world_light_importance_ = d_.world.light_importance;
+  gather_names(d_, s_.objects_,
+               {s_.light_groups_, s_.lamp_groups_, s_.object_groups_, s_.world_group_, s_.object_mattes_,
+                s_.asset_mattes_, s_.material_mattes_});
   s_.hints_ = std::move(d_.hints);
 }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <sstream>
 
+#include "shading/aov_outputs.h"
 #include "shading/closure_evaluation.h"
 #include "shading/nodes/closure_nodes.h"
 #include "shading/nodes/displacement_nodes.h"
@@ -21,7 +22,8 @@ struct ShaderProgram::Data {
   std::vector<Closure> thin_walls;  // those of `scattering` through which light may pass straight
   std::vector<VolumeClosure> volumes;
   std::vector<Instruction> code, emission_code, transparency_code, volume_code;
-  std::vector<Instruction> displacement_code, undisplaced_code;
+  std::vector<Instruction> displacement_code, undisplaced_code, aov_code;
+  std::vector<AovOutput> aovs;
   ProgramTables tables;
   bool reflective_caustics = true, refractive_caustics = true;
   BumpTerminator bump_terminator = BumpTerminator::Cubic;
@@ -167,6 +169,9 @@ void ShaderProgram::Data::divide_code(const std::vector<Instruction>& all, int v
     alone.apply(*part);
     *result = alone(*result);
   }
+  std::vector<Operand> of_aovs;
+  for (const AovOutput& aov : aovs) of_aovs.insert(of_aovs.end(), {aov.color, aov.value});
+  aov_code = ajar::aov_code(needed_code(all, value_count, of_aovs), value_count, aovs, register_count);
   for (Closures* list : {&scattering, &emission, &transparency, &holdout, &thin_walls})
     assign_registers(on_surface, *list);
   displaced_normal = on_surface(displaced_normal);
@@ -202,6 +207,7 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.has_surface = graph.surface.node >= 0;
   data.has_volume = graph.volume.node >= 0;
   data.volumes = flatten_volumes(builder);
+  data.aovs = compile_aovs(builder);
   if (!data.scattering.empty()) data.displaced_normal = builder.displaced_normal();
   const bool bends_normal = data.displaced_normal != kNoOperand || data.undisplaced_normal != kNoOperand;
   data.keeps_normal = bends_normal && builder.number(graph.displacement.node, "keeps_normal") != 0.0f;
@@ -320,6 +326,21 @@ void ShaderProgram::add_medium(const ShadingPoint& point, MediumPoint& medium) c
   with_registers(d.register_count, [&](float* registers) {
     run_inside(d.volume_code.data(), d.volume_code.size(), d.tables, point, registers);
     add_volumes(d.volumes, registers, d.tables.constants.data(), medium);
+  });
+}
+
+bool ShaderProgram::has_aovs() const { return !data_->aovs.empty(); }
+
+void ShaderProgram::evaluate_aovs(const ShadingPoint& point, const std::function<void(const Aov&)>& show) const {
+  const Data& d = *data_;
+  if (d.aovs.empty()) return;
+  d.with_bent_normal(point, [&](const ShadingPoint& bent) {
+    with_registers(d.register_count, [&](float* registers) {
+      const float* constants = d.tables.constants.data();
+      run(d.aov_code.data(), d.aov_code.size(), d.tables, bent, registers);
+      for (const AovOutput& aov : d.aovs)
+        show({aov.name, load3(operand(aov.color, registers, constants)), *operand(aov.value, registers, constants)});
+    });
   });
 }
 

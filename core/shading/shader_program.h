@@ -8,6 +8,7 @@
 // of the node and of the material.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -58,6 +59,16 @@ class ShaderProgram {
   Color evaluate_transparency(const ShadingPoint& point) const;
   /// Adds the contribution of the volume to the medium at `point`, whose `primitive` is kInsideVolume.
   void add_medium(const ShadingPoint& point, MediumPoint& medium) const;
+
+  /// A value of an AOV Output node; `name` is the hash of its name.
+  struct Aov {
+    uint32_t name;
+    Color color;
+    float value;
+  };
+  bool has_aovs() const;
+  /// Calls show(Aov) for each AOV Output node.
+  void evaluate_aovs(const ShadingPoint& point, const std::function<void(const Aov&)>& show) const;
 
   /// The vector in world space by which the vertex at `point` moves, without a check that it is finite.
   Vec3 displacement(const ShadingPoint& point) const;

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import bpy
 
 from ..headless import Options
-from . import camera, hints, images, motion, objects, settings, subdivision, world
+from . import camera, frames, hints, images, motion, objects, settings, subdivision, world
 from .context import ExportCancelled, ExportContext
 from .known_objects import KnownObjects, OutOfDate
 from .mesh_cache import MeshCache
@@ -27,14 +27,20 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
     original_camera = camera_object.original if camera_object is not None else None
     subdivision.prepare(context, frame_set)
     camera_object = original_camera.evaluated_get(depsgraph) if original_camera is not None else None
-    if not motion.is_wanted(context.scene, context.view_layer):
-        frame_set = None
-    if frame_set is not None:
+    blurs = frame_set is not None and motion.is_wanted(context.scene, context.view_layer)
+    shows_motion = frame_set is not None and "Vector" in passes and not blurs
+    if blurs and "Vector" in passes:
+        context.warn(context.view_layer.name, "the pass Vector is empty, because the scene has motion blur")
+    if blurs or shows_motion:
         context.appearances = []
+    if shows_motion:
+        context.mesh_of = {}
     settings.export(context, options, passes)
     camera.export(context, camera_object, eye)
     export_contents(context)
-    if frame_set is not None:
+    if frame_set is not None and shows_motion:
+        frames.export(context, camera_object, frame_set, eye)
+    if frame_set is not None and blurs:
         motion.export(context, camera_object, frame_set, eye)
     return context
 

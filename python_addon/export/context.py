@@ -34,6 +34,7 @@ class ExportContext:
         self.materials: dict[int, int] = {}              # address of a material -> index
         self.user = ""                                   # the object whose materials are exported, for messages
         self.images: dict[tuple, int] = {}
+        self.aovs: dict[str, str] = {}                   # the AOVs that passes show, and the socket of each
         self.uses_generated = False                      # whether a material can use Generated coordinates
         self.attribute_names: set[str] = set()           # attributes that materials use
         self.object_properties: set[str] = set()         # properties of objects that materials use
@@ -48,6 +49,7 @@ class ExportContext:
         self.importance_of_light_groups: dict[str, float] = {}
         self.appearances: list[tuple] | None = None      # with motion blur: the key of each instance (motion.identity)
         self.base_is_evaluated: set[int] = set()   # addresses of objects that are evaluated without the modifier of adaptive subdivision
+        self.mesh_of: dict[bpy.types.Object, int] | None = None   # for the pass Vector: the mesh of each original object that has one alone
         self.report_step = report_step
         self._is_cancelled = is_cancelled
         self._next_check = 0.0

@@ -11,7 +11,7 @@ from .context import ExportContext
 
 
 def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list[float], visibility: int,
-           light_importance: float, links: dict[str, int]) -> None:
+           light_importance: float, light_group: str, links: dict[str, int]) -> None:
     """Export one lamp. Instances of a lamp are lamps."""
     if light.type == "AREA" and plain.of(light.ajar).is_portal:
         return  # a portal only guides how Cycles samples the world
@@ -24,6 +24,7 @@ def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list
     out.light_importance = light_importance
     for kind, sets in links.items():
         setattr(out, kind, sets)
+    out.light_group = light_group
     out.cast_shadow = compat.casts_shadow(light)
     out.max_bounces = plain.of(light.ajar).max_bounces
     out.multiple_importance = light.ajar.use_multiple_importance_sampling

@@ -62,7 +62,7 @@ def _default(context: ExportContext) -> int:
         node = graph.add_node("ShaderNodeBsdfPrincipled", "Principled BSDF")
         graph.add_input(node, "Specular IOR Level", (0.5, 0.0, 0.0, 0.0))   # the compiler recognizes the version of the node by this socket; the other sockets have defaults
         graph.surface = ajar.NodeLink(node, "BSDF")
-        context.materials[0] = context.description.add_material(name="Default Material", graph=graph)
+        context.materials[0] = context.description.add_material(name="default_surface", graph=graph)
     return context.materials[0]
 
 

@@ -70,9 +70,9 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None, frame
                 lenses.add((there.data.lens, there.data.ortho_scale, there.data.shift_x, there.data.shift_y))
     finally:
         frame_set(frame, subframe)
-    moving = _moves(matrices)
+    moving = differs(matrices)
     context.description.set_motion(np.flatnonzero(moving).astype(np.int32), matrices[moving])
-    if cameras and original_camera.as_pointer() not in still and _moves(np.array([cameras], dtype=np.float32))[0]:
+    if cameras and original_camera.as_pointer() not in still and differs(np.array([cameras], dtype=np.float32))[0]:
         context.description.camera.motion = cameras
     if len(lenses) > 1:
         context.warn(original_camera.name, "its lens changes while the shutter is open; only its motion is blurred")
@@ -93,7 +93,7 @@ def _times(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[float
     return [scene.render.motion_blur_shutter * (opens + i / (count - 1)) for i in range(count)]
 
 
-def _moves(matrices: np.ndarray) -> np.ndarray:
+def differs(matrices: np.ndarray) -> np.ndarray:
     """Which of the matrices [things, times, 12] differ between times. Objects that do not exist at all times are at rest."""
     if len(matrices) == 0:
         return np.zeros(0, dtype=bool)

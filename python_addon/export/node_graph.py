@@ -95,10 +95,30 @@ class GraphExporter:
                 source = self.trace(socket, self.root)
                 if source is not None and source.node is not None:
                     setattr(self.graph, name.lower(), self.link_to(source))
+        if self.context.aovs:
+            self.add_aovs(self.root)
         while self.pending:
             self.context.check_cancelled()
             self.fill(*self.pending.pop())
         return self.graph
+
+    def add_aovs(self, scope: Scope) -> None:
+        """Add the AOV Output nodes that passes show, also those in groups."""
+        for node in scope.tree.nodes:
+            if node.mute:
+                continue
+            if node.bl_idname == "ShaderNodeOutputAOV":
+                name = compat.aov_name(node)
+                shown = self.context.aovs.get(name)
+                if shown is None:
+                    continue
+                other = "Value" if shown == "Color" else "Color"
+                if self.trace(node.inputs[shown], scope) is None and self.trace(node.inputs[other], scope) is not None:
+                    self.context.warn(self.owner, "its AOV Output {name} has a link only at {other}, but the view layer's AOV shows {shown}",
+                                      name=name, other=other, shown=shown)
+                self.link_to(Source(node, scope, node.inputs[shown]))
+            elif getattr(node, "node_tree", None) is not None and (inner := scope.child(node)) is not None:
+                self.add_aovs(inner)
 
     # ---- Following links ----------------------------------------------------------------------------------------------
 
@@ -424,11 +444,16 @@ def _normal_map(context: ExportContext, node: bpy.types.Node) -> list[tuple[str,
     return [*_tangent(context, node), ("generation", compat.normal_map_generation())]
 
 
+def _aov(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [("aov_name", compat.aov_name(node))]
+
+
 def _hair(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
     return [("tilt", compat.hair_tilt())]
 
 
 SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Content]]]] = {
+    "ShaderNodeOutputAOV": _aov,
     "ShaderNodeValue": _output_value,
     "ShaderNodeRGB": _output_value,
     "ShaderNodeNormal": _output_value,

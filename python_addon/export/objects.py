@@ -254,7 +254,7 @@ def _look(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Obj
             "holdout": (parent or owner).holdout_get(view_layer=context.view_layer), "shadow_catcher": owner.is_shadow_catcher,
             "pass_index": owner.pass_index, "color": tuple(owner.color), "importance": _importance(context, owner),
             "shadow_terminator_offset": _terminator_offset(context, owner), "light_importance": context.light_importance(owner),
-            **context.linking.arguments(owner, parent)}
+            "asset": _topmost(owner).name, "light_group": owner.lightgroup, **context.linking.arguments(owner, parent)}
 
 
 def _terminator_offset(context: ExportContext, owner: bpy.types.Object) -> float:
@@ -262,6 +262,13 @@ def _terminator_offset(context: ExportContext, owner: bpy.types.Object) -> float
     if owner.type == "MESH" and subdivision.wanted(context, owner) is not None:
         return 0.0
     return plain.of(compat.terminator_owner(owner)).shadow_terminator_geometry_offset
+
+
+def _topmost(thing: bpy.types.Object) -> bpy.types.Object:
+    """The object, or the last of its parents: an asset of Cryptomatte."""
+    while thing.parent is not None:
+        thing = thing.parent
+    return thing
 
 
 def _visibility(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> int:
@@ -284,7 +291,8 @@ def _ray_visibility(thing: bpy.types.Object) -> int:
 
 def _export_lamps(context: ExportContext, collected: Collected) -> None:
     for lamp in collected.lamps_in_order:
-        lights.export(context, lamp.owner.data, lamp.owner.name, lamp.rows, lamp.visibility, context.light_importance(lamp.owner), context.linking.masks(lamp.owner))
+        lights.export(context, lamp.owner.data, lamp.owner.name, lamp.rows, lamp.visibility, context.light_importance(lamp.owner), lamp.owner.lightgroup,
+                      context.linking.masks(lamp.owner))
 
 
 def _export_meshes(context: ExportContext, collected: Collected) -> None:
@@ -301,6 +309,14 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
         if key not in numbers:
             numbers[key] = _export_mesh(context, geometry)
         geometry.mesh_index, geometry.shared = numbers[key]
+        if context.mesh_of is not None and _is_alone(collected, geometry):
+            context.mesh_of[geometry.owner.original] = geometry.mesh_index
+
+
+def _is_alone(collected: Collected, geometry: Geometry) -> bool:
+    """Whether the geometry is the surface of a real object, and no other one shows its mesh."""
+    found = collected.alone.get(geometry.owner.original)
+    return found is not None and found[0] is geometry and geometry.mesh_index != mesh.EMPTY and isinstance(geometry.data, bpy.types.Mesh)
 
 
 def _material_indices(context: ExportContext, geometry: Geometry, found: list[bpy.types.Material | None]) -> list[int]:
@@ -365,7 +381,7 @@ def _revise(context: ExportContext, collected: Collected, changed: list[bpy.type
         collected.random[number] = name_hash(thing.name) / 0xFFFFFFFF
     for lamp in collected.lamps_in_order:
         thing = lamp.owner.evaluated_get(depsgraph)
-        lights.export(context, thing.data, thing.name, lamp.rows, lamp.visibility, context.light_importance(thing), context.linking.masks(thing))
+        lights.export(context, thing.data, thing.name, lamp.rows, lamp.visibility, context.light_importance(thing), thing.lightgroup, context.linking.masks(thing))
     for geometry in collected.order:
         context.user = geometry.owner.name
         geometry.material_indices = _material_indices(context, geometry, [material.evaluated_get(depsgraph) if material is not None else None

@@ -7,7 +7,7 @@ import bpy
 from .. import compat, core_settings, inherited, plain, unsupported
 from ..ajar_module import ajar
 from ..headless import Options
-from ..passes import HALVES
+from ..passes import HALVES, types_of_aovs
 from .context import ExportContext
 
 _FILTERS = {"box": ajar.FilterKind.Box, "gaussian": ajar.FilterKind.Gaussian, "blackman_harris": ajar.FilterKind.BlackmanHarris}
@@ -33,8 +33,11 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.importance_region = (*ours.importance_min, *ours.importance_max)
     out.threads = options.threads if options.threads is not None else render.threads if render.threads_mode == "FIXED" else 0
     out.passes, out.denoised = passes, HALVES in passes
+    context.aovs = types_of_aovs(passes)
+    out.pass_alpha_threshold = context.view_layer.pass_alpha_threshold
     if context.world is not None:
         mist = context.world.mist_settings
+        out.ao_distance = context.world.light_settings.distance
         out.mist = (mist.start, mist.depth, _FALLOFFS[mist.falloff])
     context.warn_all(context.scene.name, unsupported.asked_of(context.scene, unsupported.SCENE))
     context.warn_all(context.view_layer.name, unsupported.of_view_layer(context.view_layer))

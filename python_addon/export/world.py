@@ -24,6 +24,7 @@ def export(context: ExportContext) -> None:
         out.color = tuple(world.color)
     out.visibility = _visibility(world)
     out.max_bounces = plain.of(world.ajar).max_bounces
+    out.light_group = world.lightgroup
     out.light_importance = context.light_importance(world)
 
 

@@ -63,6 +63,10 @@ TEXTS = {
     "Integrator": "Integrator",
     "Light": "Licht",
     "Light Groups": "Lichtgruppen",
+    "Cryptomatte": "Cryptomatte",
+    "Shader AOV": "Shader-AOV",
+    "Levels": "Stufen",
+    "Conflicts with another render pass with the same name": "Ein anderer Durchgang hat denselben Namen",
     "Light Hint": "Lichthinweis",
     "Light Hints": "Lichthinweise",
     "Light Paths": "Lichtpfade",
@@ -605,13 +609,17 @@ TEXTS = {
     "the pass {name} is not supported and stays black": "der Durchgang {name} wird nicht unterstützt und bleibt schwarz",
     "the pass {name} is not supported": "der Durchgang {name} wird nicht unterstützt",
     "the pass Render Time is not supported": "der Durchgang Renderzeit wird nicht unterstützt",
-    "the pass {name} is not supported: AOV Output nodes are ignored": "der Durchgang {name} wird nicht unterstützt: AOV-Ausgabeknoten werden ignoriert",
     "its Shadow Terminator Shading Offset is not supported and is ignored": "sein Schattierungsversatz der Schattengrenze wird nicht unterstützt und ignoriert",
     "a world that casts no shadows is not supported": "eine Welt ohne Schatten wird nicht unterstützt",
     "custom cameras are not supported: it is rendered as a perspective one": "benutzerdefinierte Kameras werden nicht unterstützt: sie wird als perspektivische gerendert",
     "Transparent Shadows is always on": "transparente Schatten sind immer an",
     "Bump Map Correction is always on": "die Korrektur von Bump-Maps ist immer an",
-    "light groups have no passes: they are used for the importance of light only": "Lichtgruppen haben keine Durchgänge: sie dienen nur der Wichtigkeit von Licht",
+    "the AOV {name} has no name of its own and is not rendered": "das AOV {name} hat keinen eigenen Namen und wird nicht gerendert",
+    "its AOV Output {name} has a link only at {other}, but the view layer's AOV shows {shown}":
+        "seine AOV-Ausgabe {name} ist nur bei {other} verknüpft, aber das AOV der Ansichtsebene zeigt {shown}",
+    "the pass Vector is empty, because the scene has motion blur": "der Durchgang Vektor ist leer, weil die Szene Bewegungsunschärfe hat",
+    "the number of its vertices changes, so that the pass Vector does not contain its deformation":
+        "die Anzahl seiner Punkte ändert sich, daher enthält der Durchgang Vektor seine Verformung nicht",
     "its light group {group} does not exist, so that the importance of this group is not used":
         "ihre Lichtgruppe {group} gibt es nicht, daher wird deren Wichtigkeit nicht verwendet",
     "Filter Glossy is ignored: glossy surfaces seen after a diffuse bounce keep their roughness":

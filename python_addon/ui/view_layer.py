@@ -49,13 +49,46 @@ class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
         view_layer = context.view_layer
         column = self.column()
         for name in ("use_pass_combined", *passes.BUILT_IN):
-            column.prop(view_layer, name)
+            row = column.row()
+            row.active = name != "use_pass_vector" or not context.scene.render.use_motion_blur
+            row.prop(view_layer, name)
         for name in passes.OWN:
             column.prop(view_layer.ajar, name)
         column.prop(view_layer.ajar, "use_pass_denoising")
         row = column.row()
         row.active = context.scene.ajar.use_denoise
         row.prop(view_layer.ajar, "use_pass_denoising_error")
+        column.prop(view_layer, "pass_alpha_threshold")
+
+
+class AJAR_VIEWLAYER_PT_cryptomatte(AjarPanel, Panel):
+    bl_label = "Cryptomatte"
+    bl_context = "view_layer"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        view_layer, column = context.view_layer, self.column()
+        for name, label in zip(passes.MATTES, ("Object", "Material", "Asset")):
+            column.prop(view_layer, name, text=label)
+        levels = column.row()
+        levels.active = any(getattr(view_layer, name) for name in passes.MATTES)
+        levels.prop(view_layer, "pass_cryptomatte_depth", text="Levels")
+
+
+class AJAR_VIEWLAYER_PT_aovs(AjarPanel, Panel):
+    bl_label = "Shader AOV"
+    bl_context = "view_layer"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        view_layer, column = context.view_layer, self.column()
+        row = column.row()
+        row.template_list("VIEWLAYER_UL_aov", "ajar_aovs", view_layer, "aovs", view_layer, "active_aov_index", rows=3)
+        buttons = row.column(align=True)
+        buttons.operator("scene.view_layer_add_aov", icon="ADD", text="")
+        buttons.operator("scene.view_layer_remove_aov", icon="REMOVE", text="")
+        if view_layer.active_aov is not None and not view_layer.active_aov.is_valid:
+            column.label(text="Conflicts with another render pass with the same name", icon="ERROR")
 
 
 class AJAR_VIEWLAYER_PT_light_groups(AjarPanel, Panel):
@@ -79,4 +112,5 @@ class AJAR_VIEWLAYER_PT_light_groups(AjarPanel, Panel):
             row.prop(view_layer.ajar, "light_group_importance")
 
 
-CLASSES = (AJAR_VIEWLAYER_PT_filter, AJAR_VIEWLAYER_PT_override, AJAR_VIEWLAYER_PT_passes, AJAR_VIEWLAYER_PT_light_groups)
+CLASSES = (AJAR_VIEWLAYER_PT_filter, AJAR_VIEWLAYER_PT_override, AJAR_VIEWLAYER_PT_passes, AJAR_VIEWLAYER_PT_cryptomatte, AJAR_VIEWLAYER_PT_aovs,
+           AJAR_VIEWLAYER_PT_light_groups)

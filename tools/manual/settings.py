@@ -66,7 +66,9 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
             "ViewLayer.use_pass_albedo", "ViewLayer.use_pass_volume_direct", "ViewLayer.use_pass_volume_indirect", "ViewLayer.use_pass_shadow_catcher", "ViewLayer.use_pass_sample_count",
             "ViewLayer.use_pass_variance", "ViewLayer.use_pass_error", "ViewLayer.use_pass_perceptual_error", "ViewLayer.use_pass_denoising",
             "ViewLayer.use_pass_denoising_error")),
-        "AJAR_VIEWLAYER_PT_light_groups": ("Groups of lamps, emitting objects and the world, and the importance of the active group. More: [Sampling](rendering.md#sampling).", (
+        "AJAR_VIEWLAYER_PT_cryptomatte": (f"Mattes of objects, materials and assets for the node Cryptomatte of the compositor. {BLENDERS} More: [Passes](rendering.md#passes).", ()),
+        "AJAR_VIEWLAYER_PT_aovs": (f"Passes of the AOV Output nodes of materials and of the world. {BLENDERS} More: [Passes](rendering.md#passes).", ()),
+        "AJAR_VIEWLAYER_PT_light_groups": ("Groups of lamps, emitting objects and the world. Each has a pass, *Combined_* with its name, and an importance. More: [Passes](rendering.md#passes), [Sampling](rendering.md#sampling).", (
             "ViewLayer.light_group_importance", "ViewLayer.light_groups", "LightGroup.importance")),
     },
     "World tab": {

@@ -8,6 +8,7 @@
 #include "transport/paths/eye_history.h"
 #include "transport/paths/eye_walk.h"
 #include "transport/paths/light_walk_guide.h"
+#include "transport/paths/record.h"
 
 namespace ajar {
 
@@ -102,6 +103,7 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
       };
       if (lamp_shapes) for_each_lamp_crossed(scene_, stretch, t_end, next.vertex.point.ray_kind, meet_light);
       if (found) return;
+      record_background(scene_, ray.direction, i == 1, beta * passed.transmittance / passed.pass, aux);
       for_each_distant_light(scene_, stretch, next.vertex.point.ray_kind, !(transparent_film && i == 1), meet_light);
       if (i == 1) alpha_ = transparent_film ? 1.0f - luminance(passed.transmittance) / passed.pass : 1.0f;
     };
@@ -110,7 +112,8 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     past_limit |= media && past_limits(start, scene_.settings().bounces);
     const PathVertex& vertex = next.vertex;
     arrive_at(next, previous.vertex, through, beta, pdf_direction);
-    if (vertex.kind == VertexKind::Surface) record_vertex(scene_, vertex.point, vertex.shading.bsdf, aux);
+    if (vertex.kind == VertexKind::Surface)
+      record_vertex(scene_, vertex.point, vertex.shading.bsdf, next.beta, aux, BehindFirst::NotFound);
     if (i == 1) alpha_ = 1.0f - vertex.shading.holdout;
     if (vertex.emits()) meet_emitter(i, next, pdf_direction);
     if (!vertex.scatters() || i + 1 >= max_vertices_) break;

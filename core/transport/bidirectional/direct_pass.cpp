@@ -73,10 +73,10 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
             for (uint32_t s = first; s < end; ++s) {
               const uint32_t pixel = uint32_t(py) * uint32_t(space.scene.settings().width) + uint32_t(px);
               sampler.start(pixel, s);
-              SampleAux aux;
+              SampleRecord record;
+              SampleAux* const aux = record.begin(film, px, py);
               const Vec2 at = Vec2(float(px) + 0.5f, float(py) + 0.5f) + space.filter.sample(sampler.get_2d());
-              DirectSample sample = trace_direct_paths(space.scene, space.media, at, sampler,
-                                                       film.wants_aux() ? &aux : nullptr, rays.own, merging);
+              DirectSample sample = trace_direct_paths(space.scene, space.media, at, sampler, aux, rays.own, merging);
               if (further_.active())
                 sample.radiance = further_.mean_with(sample.radiance, sample.polished, luminance(sample.merged), px, py,
                                                      [&](Vec2 further_at, Sampler& further) {
@@ -96,7 +96,7 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
               if (below_.active())
                 sample.radiance += below.local().sample(at, merging ? std::optional(merging->time()) : std::nullopt,
                                                         sampler, pixel, s);
-              film.add_sample(px, py, sample.radiance + sample.merged, sample.alpha, &aux);
+              film.add_sample(px, py, sample.radiance + sample.merged, sample.alpha, aux);
             }
           }
         }

@@ -3,6 +3,7 @@
 #include "transport/direct/direct_light.h"
 #include "transport/direct/lobe_split.h"
 #include "transport/paths/eye_history.h"
+#include "transport/paths/record.h"
 #include "transport/paths/specular_branches.h"
 
 namespace ajar {
@@ -78,6 +79,7 @@ class DirectTracer {
         };
         if (scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, stretch, t_end, vertex_.point.ray_kind, meet_light);
         if (!found) {
+          record_background(scene_, ray.direction, i == 1, beta * passed.transmittance / passed.pass, aux_);
           for_each_distant_light(scene_, stretch, vertex_.point.ray_kind, !(transparent_film && i == 1), meet_light);
           if (i == 1) found_.alpha = transparent_film ? 1.0f - luminance(passed.transmittance) / passed.pass : 1.0f;
         }
@@ -91,7 +93,8 @@ class DirectTracer {
       const float stop = vertex_.kind == VertexKind::Medium ? through.end_rate : 1.0f - vertex_.pass;
       if (!(stop > 0.0f)) break;
       beta *= through.transmittance / ((last ? through.surface_pass : through.pass) * stop);
-      if (vertex_.kind == VertexKind::Surface) record_vertex(scene_, vertex_.point, vertex_.shading.bsdf, aux_);
+      if (vertex_.kind == VertexKind::Surface)
+        record_vertex(scene_, vertex_.point, vertex_.shading.bsdf, beta, aux_, BehindFirst::NotFound);
       if (i == 1) found_.alpha = 1.0f - vertex_.shading.holdout;
       if (vertex_.emits()) meet_emitter(beta);
       const bool exceeded = vertex_.point.glossy_depth > limits_.glossy ||

@@ -1,5 +1,5 @@
-// The events on the rays of a walk from the eye: the type of the ray for visibility and for the Light Path node, the
-// lights that it meets besides surfaces, and the passes of its first hit.
+// The events on the rays of a walk from the eye: the type of the ray for visibility and for the Light Path node, and
+// the lights that it meets besides surfaces.
 #pragma once
 
 #include <array>
@@ -97,53 +97,6 @@ void for_each_distant_light(const Scene& scene, const Ray& ray, uint32_t ray_kin
     const Color emitted = lights.lamp_radiance(index, Vec3(0.0f), -ray.direction, ray.time, 0.0f, ray_kind);
     visit(LightMet{index, emitted, Vec3(kInfinity), -ray.direction});
   });
-}
-
-inline void record_first_hit(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, SampleAux& aux) {
-  const Camera& camera = scene.camera();
-  const MistDescription& mist = scene.settings().mist;
-  const float distance = camera.is_orthographic() ? camera.depth_of(point.position)
-                                                  : glm::length(point.position - camera.position());
-  const float beyond = mist.depth > 0.0f       ? saturate((distance - mist.start) / mist.depth)
-                       : distance > mist.start ? 1.0f
-                                               : 0.0f;
-  aux.mist = std::pow(beyond, mist.exponent);
-  aux.object_index = float(point.object ? point.object->pass_index : 0);
-  aux.material_index = float(scene.material_pass_indices()[size_t(scene.material_index(point))]);
-  aux.depth = camera.depth_of(point.position);
-  aux.normal = bsdf.n;
-  aux.position = point.position;
-  aux.albedo = bsdf.albedo();
-  if (point.mesh->active_uv >= 0) {
-    const Attribute& uv = point.mesh->attributes[size_t(point.mesh->active_uv)];
-    aux.uv = Vec3(Vec2(point.mesh->interpolate(uv, point.primitive, point.barycentric)), 1.0f);
-  }
-  aux.has_first = true;
-}
-
-/// The guides of a denoiser at a vertex of a path from the eye. Returns whether they are found.
-inline bool record_guides(const ShadingPoint& point, const Bsdf& bsdf, SampleAux& aux) {
-  constexpr float kMinRough = 0.25f;  // share of the albedo
-  constexpr int kMaxMirrors = 8;
-  const Color albedo = bsdf.albedo(), sharp = bsdf.albedo_of_sharp();
-  if (luminance(albedo - sharp) < kMinRough * luminance(albedo) && point.ray_depth < kMaxMirrors) {
-    aux.guide_throughput *= glm::min(sharp, Color(1.0f));
-    return false;
-  }
-  aux.guide_albedo = aux.guide_throughput * glm::min(albedo, Color(1.0f));
-  aux.guide_normal = bsdf.n;
-  return true;
-}
-
-/// Records what the passes need of a surface on a path from the eye: of the first hit, and of the denoiser's guides.
-/// Returns `aux` at the first hit, else null. `aux` becomes null when nothing more is needed.
-inline SampleAux* record_vertex(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, SampleAux*& aux) {
-  if (!aux) return nullptr;
-  SampleAux* const now = aux;
-  const bool first = point.ray_depth == 0 && !now->has_first;
-  if (first) record_first_hit(scene, point, bsdf, *now);
-  if (record_guides(point, bsdf, *now)) aux = nullptr;
-  return first ? now : nullptr;
 }
 
 }  // namespace ajar

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "transport/media/subsurface_walk.h"
+#include "transport/paths/record.h"
 
 namespace ajar {
 
@@ -99,14 +100,14 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     }
     if (!walk.found()) {
       walk.meet_distant(add_met);
-      alpha += walk.alpha_of_nothing(beta);
+      alpha += record_nothing(scene_, walk, beta, aux);
       break;
     }
     if (!walk.arrive()) break;
     walk.shade();
     if (!is_black(shading.emission))
       (specular ? seen : radiance) += beta * shading.emission * walk.emission_weight(weight_of_hit);
-    record_vertex(scene_, point, shading.bsdf, aux);
+    record_vertex(scene_, point, shading.bsdf, beta, aux);
     const Color transparency = shading.bsdf.transparency();
     if (point.ray_depth == 0) alpha += walk.alpha_of_surface(beta, transparency);
     if (at_bounce_limit && is_black(transparency)) break;

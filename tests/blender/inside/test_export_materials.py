@@ -365,7 +365,7 @@ def test_meshes_without_a_material_have_the_default_of_this_blender(build, expor
     meshes = [thing.data for thing in bpy.context.scene.objects if thing.type == "MESH"]
     meshes[0].materials.append(None)   # one mesh with an empty slot and one without slots
     out = export()
-    assert [material.name for material in out.materials] == ["Default Material"]
+    assert [material.name for material in out.materials] == ["default_surface"]
     assert out.materials[0].graph.nodes[0].type == "ShaderNodeBsdfPrincipled"
     assert [list(thing.materials) for thing in out.objects] == [[0], [0]]
 

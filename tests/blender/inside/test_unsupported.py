@@ -61,12 +61,12 @@ def test_each_setting_is_reported_by_name(datablocks, kind, setting):
     assert (name, setting.message()) in warnings()
 
 
-def test_aovs_and_light_groups_are_reported(datablocks, scene):
+def test_an_aov_with_the_name_of_another_pass_is_reported(datablocks, scene):
     layer = scene.view_layers[0]
     layer.aovs.add().name = "Mask"
-    layer.lightgroups.add(name="Key")
-    found = {text for name, text in warnings() if name == layer.name}
-    assert any("Mask" in text for text in found) and any("light groups have no passes" in text for text in found)
+    assert not any("Mask" in text for _, text in warnings())
+    layer.aovs.add().name = "Combined"
+    assert any(name == layer.name and layer.aovs[1].name in text for name, text in warnings()) == (not layer.aovs[1].is_valid)
 
 
 def test_a_view_layer_can_exclude_its_world_and_surfaces(datablocks, export, scene):

@@ -111,11 +111,8 @@ ABSENT = {
         "use_pass_volume_scatter", "use_pass_volume_transmit", "use_pass_volume_majorant", "pass_render_time")},
     ("CyclesRenderLayerSettings", "use_denoising"): DENOISER,
     **{("ViewLayer", name): REPORTED for name in (
-        "use_pass_vector", "use_pass_ambient_occlusion", "use_pass_shadow", "use_pass_cryptomatte_object", "use_pass_cryptomatte_material",
-        "use_pass_cryptomatte_asset", "use_pass_subsurface_direct", "use_pass_subsurface_indirect", "use_pass_subsurface_color", "use_pass_grease_pencil")},
-    ("ViewLayer", "pass_cryptomatte_depth"): "setting of Cryptomatte, which is reported",
-    ("ViewLayer", "use_pass_cryptomatte_accurate"): "setting of Cryptomatte, which is reported",
-    ("ViewLayer", "pass_alpha_threshold"): "data passes of Ajar show the first surface that is not fully transparent",
+        "use_pass_shadow", "use_pass_subsurface_direct", "use_pass_subsurface_indirect", "use_pass_subsurface_color", "use_pass_grease_pencil")},
+    ("ViewLayer", "use_pass_cryptomatte_accurate"): "setting of Eevee",
     **{("CameraStereoData", name): "spherical stereo is reported" for name in ("use_spherical_stereo", "use_pole_merge", "pole_merge_angle_from", "pole_merge_angle_to")},
     **{("Object", f"shadow_terminator_{name}_offset"): REPORTED for name in ("shading", "normal")},
     ("RenderSettings", "preview_pixel_size"): "views of Ajar always begin with large pixels",

@@ -31,7 +31,8 @@ READ = {
                       "motion_blur_shutter motion_blur_shutter_curve motion_blur_position use_border border_* use_crop_to_border engine use_simplify use_multiview views_format",
     "ViewLayer": "material_override world_override samples lightgroups active_lightgroup* use_solid use_sky use_strand use_motion_blur use use_pass_combined use_pass_z "
                  "use_pass_position use_pass_normal use_pass_uv use_pass_mist use_pass_object_index use_pass_material_index use_pass_emit use_pass_environment "
-                 "use_pass_diffuse_* use_pass_glossy_* use_pass_transmission_* cycles",
+                 "use_pass_diffuse_* use_pass_glossy_* use_pass_transmission_* use_pass_vector use_pass_ambient_occlusion use_pass_cryptomatte_object "
+                 "use_pass_cryptomatte_material use_pass_cryptomatte_asset pass_cryptomatte_depth pass_alpha_threshold aovs active_aov* cycles",
     "Object": "data parent active_material location rotation_* scale delta_* matrix_* instance_* use_instance_* show_instancer_for_* visible_* is_holdout pass_index color "
               "hide_render hide_viewport lightgroup cycles is_shadow_catcher light_linking shadow_terminator_geometry_offset modifiers particle_systems dimensions",
     "Mesh": "use_auto_smooth auto_smooth_angle use_auto_texspace auto_texspace texspace_* cycles",
@@ -46,7 +47,7 @@ READ = {
 }
 REPORTED = {
     "Camera": "custom_* cycles_custom central_cylindrical_* stereo",
-    "ViewLayer": "active_aov* use_pass_subsurface_*",
+    "ViewLayer": "use_pass_subsurface_*",
     "Material": "use_transparent_shadow",
 }
 NO_MEANING = {
@@ -67,8 +68,7 @@ NO_MEANING = {
         "views always begin with large pixels, and no data is kept between renders": "preview_pixel_size use_persistent_data use_texture_cache use_auto_generate_texture_cache",
     },
     "ViewLayer": {
-        EEVEE: "eevee use_ao", BLENDER: "layer_collection active_layer_collection use_freestyle freestyle_settings depsgraph use_grease_pencil",
-        "setting of passes that are reported": "pass_cryptomatte_depth use_pass_cryptomatte_accurate", "setting of data passes, which show the first surface": "pass_alpha_threshold",
+        EEVEE: "eevee use_ao use_pass_cryptomatte_accurate", BLENDER: "layer_collection active_layer_collection use_freestyle freestyle_settings depsgraph use_grease_pencil",
         "setting of volume objects, which are reported": "use_volumes",
     },
     "Object": {
@@ -108,9 +108,10 @@ READ_OF_NODES = {
     "NodeReroute": "input *; output *",
     "ShaderNode*": "image; image_user; mapping; color_ramp; attribute_name; layer_name; uv_map; ies; filepath",
     "ShaderNodeTexCoord": "object",
+    "ShaderNodeOutputAOV": "*",
 }
 REPORTED_OF_NODES = {
-    "ShaderNodeOutputAOV": "*", "ShaderNodeScript": "*", "ShaderNodeTexPointDensity": "*", "ShaderNodeRaycast": "*",
+    "ShaderNodeScript": "*", "ShaderNodeTexPointDensity": "*", "ShaderNodeRaycast": "*",
 }
 NO_MEANING_OF_NODES = {
     "ShaderNodeMix": {"setting of geometry nodes, which shader nodes do not have": "output Result_Rotation; data_type"},
@@ -122,10 +123,10 @@ NO_MEANING_OF_NODES = {
 }
 PASSES = {
     "read": {"Combined", "Depth", "Mist", "Position", "Normal", "UV", "IndexOB", "IndexMA", "Object Index", "Material Index", "DiffDir", "DiffInd", "DiffCol", "GlossDir", "GlossInd", "GlossCol",
-             "TransDir", "TransInd", "TransCol", "VolumeDir", "VolumeInd", "Emit", "Env", "Emission", "Environment", "Debug Sample Count", "Noisy Image",
+             "TransDir", "TransInd", "TransCol", "VolumeDir", "VolumeInd", "Emit", "Env", "Emission", "Environment", "Debug Sample Count", "Noisy Image", "Vector", "AO", "Ambient Occlusion", "CryptoObject", "CryptoMaterial", "CryptoAsset",
              *(f"{kind} {part}" for kind in ("Diffuse", "Glossy", "Transmission") for part in ("Direct", "Indirect", "Color")), "Volume Direct", "Volume Indirect"},
-    "reported": {"Vector", "AO", "Ambient Occlusion", "Shadow", "Shadow Catcher", "Noisy Shadow Catcher", "SubsurfaceDir", "SubsurfaceInd", "SubsurfaceCol", "Volume Scatter", "Volume Transmit",
-                 "Volume Majorant", "Render Time", "CryptoObject", "CryptoMaterial", "CryptoAsset",
+    "reported": {"Shadow", "Shadow Catcher", "Noisy Shadow Catcher", "SubsurfaceDir", "SubsurfaceInd", "SubsurfaceCol", "Volume Scatter", "Volume Transmit",
+                 "Volume Majorant", "Render Time",
                  *(f"Denoising {name}" for name in ("Normal", "Albedo", "Depth", "Specular Albedo", "Roughness"))},
 }
 TABLE = Path(__file__).with_name("inventory.tsv")

@@ -141,6 +141,14 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(named))), to_bytes(named));
   for (char version = '2'; version <= '9'; ++version)
     EXPECT_EQ(to_bytes(from_bytes(to_bytes(named, version))), written);
+  SceneDescription grouped = d;
+  grouped.objects[0].asset = grouped.lights[0].light_group = grouped.world.light_group = "Group";
+  grouped.instances[0].first_frame_key = 0;
+  grouped.camera.frames = {d.camera.world_from_camera, d.camera.world_from_camera};
+  grouped.settings.ao_distance = 2.0f;
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(grouped))), to_bytes(grouped));
+  EXPECT_NE(to_bytes(grouped), written);
+  for (char version : {'2', '9', 'A', 'H'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(grouped, version))), written);
   std::vector<char> bytes = to_bytes(d);
   bytes[7] = '1';
   EXPECT_THROW(from_bytes(bytes), SceneError);

@@ -1,0 +1,30 @@
+#include "scene/pass_names.h"
+
+#include <algorithm>
+
+#include "math/name_hash.h"
+
+namespace ajar {
+
+void gather_names(const SceneDescription& description, const std::vector<ObjectDescription>& objects,
+                  const PassNames& names) {
+  const auto group = [&](const std::string& name) {
+    if (name.empty()) return -1;
+    const auto found = std::find(names.groups.begin(), names.groups.end(), name);
+    const auto index = found - names.groups.begin();
+    if (found == names.groups.end()) names.groups.push_back(name);
+    return int(index);
+  };
+  for (const LightDescription& light : description.lights) names.lamp_groups.push_back(group(light.light_group));
+  names.world_group = group(description.world.light_group);
+  for (const ObjectDescription& object : objects) {
+    names.object_groups.push_back(group(object.light_group));
+    names.object_mattes.push_back(matte_id(object.name));
+    names.asset_mattes.push_back(object.asset.empty() ? names.object_mattes.back() : matte_id(object.asset));
+  }
+  for (const MaterialDescription& material : description.materials)
+    names.material_mattes.push_back(matte_id(material.name));
+  names.material_mattes.push_back(matte_id("default_surface"));
+}
+
+}  // namespace ajar

@@ -1,0 +1,23 @@
+// The names of a scene that passes need: ids of Cryptomatte, and light groups.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "description/scene_description.h"
+
+namespace ajar {
+
+/// What `gather_names` fills: the groups of the scene, the index of the group of each lamp, of each object and of the
+/// world (-1: none), and the ids of each object, of its asset, and of each material, with the default one last.
+struct PassNames {
+  std::vector<std::string>& groups;
+  std::vector<int>&lamp_groups, &object_groups;
+  int& world_group;
+  std::vector<float>&object_mattes, &asset_mattes, &material_mattes;
+};
+
+void gather_names(const SceneDescription& description, const std::vector<ObjectDescription>& objects,
+                  const PassNames& names);
+
+}  // namespace ajar

@@ -1,0 +1,279 @@
+// Cryptomatte, AOVs, light groups, ambient occlusion and motion vectors in whole renders.
+#include <bit>
+#include <cmath>
+#include <map>
+
+#include <gtest/gtest.h>
+
+#include "feature_scenes.h"
+#include "integrators/integrator.h"
+#include "math/name_hash.h"
+#include "render/session.h"
+#include "transport_scenes.h"
+
+namespace ajar::test_extra_passes_of_renders {
+
+using namespace fixtures;
+
+namespace {
+
+constexpr int kSize = 16;
+
+/// A ball behind a half transparent sheet on a floor, hair, and a lamp.
+SceneDescription layers() {
+  SceneDescription d;
+  add_object(d, plane(3.0f), add_diffuse(d, Color(0.6f, 0.5f, 0.4f)), moved(Vec3(0, 0, -0.5f)));
+  add_object(d, sphere(), add_glass(d, 0.0f), moved(Vec3(0.2f, 0.3f, 0.0f), 0.5f));
+  add_object(d, plane(0.5f), add_half_diffuse(d, "ShaderNodeBsdfTransparent", 0.0f),
+             shining(Vec3(0.0f, -0.6f, 0.2f), Vec3(0, 1, 0)));
+  add_object(d,
+             hair({{{-0.6f, 0, -0.5f}, {-0.6f, 0, 0.5f}}, {{-0.8f, 0, -0.5f}, {-0.7f, 0, 0.5f}}}, 0.05f, 0.02f,
+                  StrandShape::Round),
+             add_diffuse(d, Color(0.3f)));
+  d.lights.push_back(area_lamp(Vec3(0.1f, 0.1f, 1.5f), Vec3(0, 0, -1), 0.5f, 20.0f));
+  set_world(d, Color(0.2f, 0.3f, 0.5f));
+  set_camera(d, Vec3(0.1f, -3.0f, 1.2f), Vec3(0.0f, 0.0f, 0.0f), kSize, 0.5f);
+  d.camera.aperture_radius = 0.02f;
+  d.camera.focus_distance = 3.0f;
+  const char* names[] = {"Floor", "Ball", "Sheet", "Hair"};
+  for (size_t i = 0; i < 4; ++i) {
+    d.objects[i].name = names[i];
+    d.materials[i].name = std::string("M") + names[i];
+    d.objects[i].asset = i == 1 || i == 2 ? "Group" : "";
+  }
+  d.settings.samples = 256;
+  d.settings.threads = 2;
+  return d;
+}
+
+using Passes = std::map<std::string, std::vector<float>>;
+
+Passes render_passes(SceneDescription d, std::vector<std::string> names, const std::string& integrator = "path",
+                     Diagnostics* diagnostics = nullptr) {
+  names.insert(names.begin(), "Combined");
+  d.settings.integrator = integrator;
+  d.settings.passes = names;
+  Session session;
+  session.start(std::move(d));
+  EXPECT_TRUE(session.wait(kHang));
+  EXPECT_EQ(session.take_error(), "");
+  Passes passes;
+  for (const std::string& name : names) passes[name] = session.snapshot(name);
+  if (diagnostics) *diagnostics = session.diagnostics();
+  return passes;
+}
+
+/// The coverage of a matte in each pixel.
+std::vector<double> coverage(const Passes& passes, const std::string& kind, const std::string& name) {
+  std::vector<double> covered(size_t(kSize) * kSize, 0.0);
+  for (const auto& [pass, values] : passes)
+    if (pass.starts_with(kind))
+      for (size_t i = 0; i < values.size(); i += 2)
+        if (std::bit_cast<uint32_t>(values[i]) == std::bit_cast<uint32_t>(matte_id(name)))
+          covered[i / 4] += double(values[i + 1]);
+  return covered;
+}
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return sum / double(values.size());
+}
+
+}  // namespace
+
+TEST(Mattes, every_integrator_finds_the_same_coverage) {
+  const std::vector<std::string> names{"CryptoObject00",   "CryptoObject01", "CryptoMaterial00",
+                                       "CryptoMaterial01", "CryptoAsset00",  "CryptoAsset01"};
+  const Passes reference = render_passes(layers(), names);
+  for (const char* thing : {"Floor", "Ball", "Sheet", "Hair"}) {
+    EXPECT_GT(mean_of(coverage(reference, "CryptoObject", thing)), 0.005) << thing;
+    EXPECT_EQ(coverage(reference, "CryptoObject", thing),
+              coverage(reference, "CryptoMaterial", std::string("M") + thing));
+  }
+  EXPECT_NEAR(
+      mean_of(coverage(reference, "CryptoAsset", "Group")),
+      mean_of(coverage(reference, "CryptoObject", "Ball")) + mean_of(coverage(reference, "CryptoObject", "Sheet")),
+      1e-4);
+  for (const IntegratorInfo& integrator : integrator_list()) {
+    if (integrator.automatic) continue;
+    SceneDescription d = layers();
+    if (integrator.gathers_photons) d.settings.photons = 1000;
+    const Passes passes = render_passes(d, names, integrator.name);
+    for (const char* thing : {"Floor", "Ball", "Sheet", "Hair"}) {
+      const std::vector<double> expected = coverage(reference, "CryptoObject", thing),
+                                found = coverage(passes, "CryptoObject", thing);
+      EXPECT_NEAR(mean_of(found), mean_of(expected), 0.004) << integrator.name << " " << thing;
+      for (size_t i = 0; i < found.size(); ++i)
+        EXPECT_NEAR(found[i], expected[i], 0.22) << integrator.name << " " << thing << " pixel " << i;
+    }
+  }
+}
+
+TEST(Mattes, coverage_behind_a_half_transparent_sheet) {
+  SceneDescription d;
+  add_object(d, plane(2.0f), add_half_diffuse(d, "ShaderNodeBsdfTransparent", 0.0f));
+  add_object(d, plane(3.0f), add_diffuse(d, Color(0.5f)), moved(Vec3(0, 0, -1.0f)));
+  d.objects[0].name = "Sheet", d.objects[1].name = "Wall";
+  set_camera(d, Vec3(0, 0, 3), Vec3(0), kSize);
+  d.settings.samples = 1024;
+  // The colour of the transparent part is 0.8, and its share a half.
+  const Passes passes = render_passes(d, {"CryptoObject00"});
+  EXPECT_NEAR(mean_of(coverage(passes, "CryptoObject", "Sheet")), 0.6, 1e-4);
+  EXPECT_NEAR(mean_of(coverage(passes, "CryptoObject", "Wall")), 0.4, 2e-3);
+}
+
+TEST(Mattes, do_not_change_the_image) {
+  SceneDescription d = layers();
+  d.settings.samples = 8;
+  for (const char* integrator : {"path", "bdpt", "photon_map", "irradiance_cache"})
+    EXPECT_EQ(render_passes(d, {"CryptoObject00", "Vector", "AO", "AOV Color A"}, integrator)["Combined"],
+              render_passes(d, {}, integrator)["Combined"])
+        << integrator;
+}
+
+TEST(Aovs, show_the_values_of_the_first_surface_and_of_the_world) {
+  SceneDescription d;
+  GraphBuilder b;
+  const int diffuse = b.node("ShaderNodeBsdfDiffuse", {value_input("Color", Vec4(0.5f, 0.5f, 0.5f, 1.0f))});
+  b.graph.surface = {diffuse, "BSDF"};
+  const int geometry = b.node("ShaderNodeNewGeometry");
+  b.node("ShaderNodeOutputAOV", {linked_input("Color", geometry, "Normal"), value_input("Value", 3.0f)},
+         {text_property("aov_name", "normal")});
+  add_object(d, plane(0.5f), add_material(d, b));
+  GraphBuilder w;
+  const int background = w.node("ShaderNodeBackground",
+                                {value_input("Color", Vec4(0.5f)), value_input("Strength", 1.0f)});
+  w.graph.surface = {background, "Background"};
+  w.node("ShaderNodeOutputAOV", {value_input("Color", Vec4(0.25f, 0.5f, 0.75f, 1.0f)), value_input("Value", 7.0f)},
+         {text_property("aov_name", "normal")});
+  d.world.name = "World";
+  d.world.graph = w.graph;
+  set_camera(d, Vec3(0, 0, 3), Vec3(0), kSize, 0.5f);
+  d.settings.samples = 16;
+  for (const IntegratorInfo& integrator : integrator_list()) {
+    if (integrator.automatic) continue;
+    const Passes passes = render_passes(d, {"AOV Color normal", "AOV Value normal", "AOV Value other"},
+                                        integrator.name);
+    const std::vector<float>&color = passes.at("AOV Color normal"), &value = passes.at("AOV Value normal");
+    const size_t centre = size_t(kSize) * kSize / 2 + kSize / 2;
+    EXPECT_NEAR(color[4 * centre + 2], 1.0f, 1e-5f) << integrator.name;
+    EXPECT_NEAR(color[4 * centre + 3], 1.0f, 1e-5f) << integrator.name;
+    EXPECT_NEAR(value[centre], 3.0f, 1e-5f) << integrator.name;
+    EXPECT_NEAR(color[0], 0.25f, 1e-5f) << integrator.name;
+    EXPECT_NEAR(value[0], 7.0f, 1e-5f) << integrator.name;
+    for (const float none : passes.at("AOV Value other")) EXPECT_EQ(none, 0.0f);
+  }
+}
+
+TEST(Aovs, are_neither_part_of_the_program_of_a_surface_nor_of_a_constant_one) {
+  GraphBuilder b;
+  b.graph.surface = {b.node("ShaderNodeBsdfDiffuse", {value_input("Color", Vec4(0.5f))}), "BSDF"};
+  const int noise = b.node("ShaderNodeTexNoise", {value_input("Scale", 5.0f)});
+  b.node("ShaderNodeOutputAOV", {linked_input("Color", noise, "Color")}, {text_property("aov_name", "noise")});
+  const ShaderProgram program = compile(b.graph);
+  EXPECT_TRUE(program.is_constant());
+  EXPECT_TRUE(program.has_aovs());
+}
+
+TEST(LightGroups, the_sum_of_all_groups_and_the_rest_is_the_image) {
+  SceneDescription d = layers();
+  d.settings.samples = 16;
+  add_object(d, cube(), add_diffuse(d, Color(0.2f), Color(2.0f, 1.0f, 0.5f)), moved(Vec3(-0.1f, -0.4f, -0.4f), 0.1f));
+  d.objects.back().light_group = "glow";
+  d.lights[0].light_group = "key";
+  d.world.light_group = "sky";
+  for (const float clamp : {0.0f, 0.5f}) {
+    d.settings.clamp_indirect = clamp;
+    const Passes passes = render_passes(d, {"Combined_glow", "Combined_key", "Combined_sky", "Combined_empty"});
+    for (size_t i = 0; i < size_t(kSize) * kSize; ++i)
+      for (size_t c = 0; c < 3; ++c) {
+        float sum = 0.0f;
+        for (const char* group : {"Combined_glow", "Combined_key", "Combined_sky"}) sum += passes.at(group)[3 * i + c];
+        ASSERT_NEAR(sum, passes.at("Combined")[4 * i + c], 1e-4f * (1.0f + sum));
+        ASSERT_EQ(passes.at("Combined_empty")[3 * i + c], 0.0f);
+      }
+    // A group has the light that is left when the other lights are switched off.
+    SceneDescription alone = d;
+    alone.lights.clear();
+    set_world(alone, Color(0.0f));
+    const Passes only = render_passes(alone, {});
+    double group = 0.0, image = 0.0;
+    for (size_t i = 0; i < size_t(kSize) * kSize; ++i)
+      group += double(passes.at("Combined_glow")[3 * i]), image += double(only.at("Combined")[4 * i]);
+    if (clamp == 0.0f) {
+      EXPECT_NEAR(group, image, 0.05 * image);
+    }
+  }
+}
+
+TEST(LightParts, their_sum_is_the_image_in_every_feature_scene_also_in_volumes) {
+  const std::vector<std::string> names{"Emit",     "Env",      "VolumeDir", "VolumeInd", "DiffDir",
+                                       "DiffInd",  "DiffCol",  "GlossDir",  "GlossInd",  "GlossCol",
+                                       "TransDir", "TransInd", "TransCol"};
+  double volume = 0.0;
+  for (const TransportScene& scene : feature_scenes()) {
+    SceneDescription d = scene.description;
+    d.settings.samples = 4;
+    d.settings.threads = 2;
+    const Passes passes = render_passes(d, names);
+    const std::vector<float>& combined = passes.at("Combined");
+    for (size_t i = 0; i < combined.size() / 4; ++i)
+      for (size_t c = 0; c < 3; ++c) {
+        const auto at = [&](const std::string& name) { return double(passes.at(name)[3 * i + c]); };
+        double sum = at("Emit") + at("Env") + at("VolumeDir") + at("VolumeInd");
+        for (const char* kind : {"Diff", "Gloss", "Trans"}) {
+          const std::string name = kind;
+          sum += at(name + "Col") * (at(name + "Dir") + at(name + "Ind"));
+        }
+        ASSERT_NEAR(sum, double(combined[4 * i + c]), 1e-4 * (0.01 + std::abs(double(combined[4 * i + c]))))
+            << scene.name << " pixel " << i;
+        volume += at("VolumeDir") + at("VolumeInd");
+      }
+  }
+  EXPECT_GT(volume, 0.1);
+}
+
+TEST(LightGroups, integrators_that_do_not_separate_light_report_it) {
+  SceneDescription d = layers();
+  d.settings.samples = 1;
+  d.lights[0].light_group = "key";
+  Diagnostics diagnostics;
+  render_passes(d, {"Combined_key"}, "bdpt", &diagnostics);
+  EXPECT_TRUE(std::any_of(diagnostics.begin(), diagnostics.end(), [](const Diagnostic& diagnostic) {
+    return diagnostic.message.find("Combined_key") != std::string::npos;
+  }));
+}
+
+TEST(Occlusion, is_one_on_an_open_floor_and_less_below_a_roof) {
+  SceneDescription d;
+  add_object(d, plane(3.0f), add_diffuse(d, Color(0.5f)));
+  set_camera(d, Vec3(0, 0, 1.5f), Vec3(0, 0, 0), kSize, 0.2f);
+  d.settings.samples = 64;
+  for (const float value : render_passes(d, {"AO"}).at("AO")) EXPECT_NEAR(value, 1.0f, 1e-5f);
+  add_object(d, plane(50.0f), add_diffuse(d, Color(0.5f)), moved(Vec3(0, 0, 2.0f)));
+  d.settings.ao_distance = 4.0f;  // rays at more than 60 degrees to the normal are free: a share of cos^2
+  for (const float value : render_passes(d, {"AO"}).at("AO")) EXPECT_NEAR(value, 0.25f, 0.15f);
+}
+
+TEST(Motion, vectors_of_a_moving_object_and_a_still_camera) {
+  SceneDescription d;
+  add_object(d, plane(3.0f), add_diffuse(d, Color(0.5f)));
+  set_camera(d, Vec3(0, 0, 2), Vec3(0), kSize, 0.5f);
+  d.settings.samples = 4;
+  d.motion_keys = {rows(moved(Vec3(-0.25f, 0, 0))), rows(moved(Vec3(0.125f, 0.25f, 0)))};
+  d.instances[0].first_frame_key = 0;
+  const std::vector<float> motion = render_passes(d, {"Vector"}).at("Vector");
+  // At the distance 2, the frame of 16 pixels shows 2 metres.
+  for (size_t i = 0; i < motion.size(); i += 4) {
+    EXPECT_NEAR(std::abs(motion[i]), 2.0f, 1e-3f);
+    EXPECT_NEAR(std::abs(motion[i + 2]), 1.0f, 1e-3f);
+    EXPECT_EQ(motion[i] > 0.0f, motion[i + 2] > 0.0f);
+    EXPECT_NEAR(motion[i + 1], 0.0f, 1e-3f);
+    EXPECT_NEAR(std::abs(motion[i + 3]), 2.0f, 1e-3f);
+  }
+  d.instances[0].first_frame_key = -1;
+  for (const float value : render_passes(d, {"Vector"}).at("Vector")) EXPECT_NEAR(value, 0.0f, 1e-4f);
+}
+
+}  // namespace ajar::test_extra_passes_of_renders
