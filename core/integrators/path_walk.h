@@ -13,6 +13,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "scene/catchers.h"
 #include "transport/direct/direct_estimator.h"
 #include "transport/direct/media_light.h"
 #include "transport/guiding/path_guide.h"
@@ -33,11 +34,6 @@ struct PathDimensions {
                             kStretch = 2 + kMediumLightDimensions;  ///< for each segment of a ray through media
 };
 
-struct PathCounters {
-  uint64_t rays = 0, paths = 0;
-  MediaCounters media;
-};
-
 struct NoParts {};
 /// Luminance of a sample with the light of each source times its importance. Emission of media is not a source.
 struct ImportantLight {
@@ -49,14 +45,6 @@ struct ImportantLight {
 using PathShares = std::array<Color, 3>;
 /// Where nothing is scattered (light beyond the terminator), the shares are those of the albedo.
 PathShares shares_of(const Bsdf& bsdf, const PathShares& scattered);
-
-/// Where a path from the camera meets a shadow catcher.
-struct CaughtPath {
-  bool caught = false;
-  Color before{0.0f}, throughput{1.0f};  ///< the light before, and the throughput there
-  float alpha_before = 0.0f;
-  Color sees_background{0.0f};  ///< throughput with which the path leaves the scene unscattered
-};
 
 /// Input of a path.
 struct PathStart {

@@ -116,9 +116,7 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
       record_vertex(scene_, vertex.point, vertex.shading.bsdf, next.beta, aux, BehindFirst::NotFound);
     if (i == 1) alpha_ = 1.0f - vertex.shading.holdout;
     if (vertex.emits()) meet_emitter(i, next, pdf_direction);
-    if (!vertex.scatters() || i + 1 >= max_vertices_) break;
-    if (knows_walks_below() && !scatters_at(i, base, sampler)) [[unlikely]]
-      break;
+    if (!vertex.scatters() || i + 1 >= max_vertices_ || (knows_walks_below() && !scatters_at(i, base, sampler))) break;
     eye_count_ = i + 1;
     only_specular &= !vertex.has_subsurface();
     if (merging && only_specular && i >= 2 && vertex.stores_photons())

@@ -113,19 +113,7 @@ class DirectTracer {
         sampler_.set_dimension(base + kLight);
         look_for_light(beta);
       }
-      if (vertex_.kind == VertexKind::Surface)
-        branches.split(bsdf, vertex_.point.wo, beta, [&](const BsdfSample& event) {
-          Walk next{scene_.spawn_ray(vertex_.point, event.wi),
-                    {},
-                    beta * event.f_cos,
-                    i + 1,
-                    {},
-                    receiver_set(vertex_),
-                    has_subsurface};
-          count_bounce(event, vertex_.point, next.start);
-          if (media_) next.stack = stack_towards(scene_, *media_, vertex_, event.wi);
-          return next;
-        });
+      if (vertex_.kind == VertexKind::Surface) split(branches, beta, i, has_subsurface);
       if (vertex_.kind == VertexKind::Surface && branches.follows_all()) break;
       sampler_.set_dimension(base + kLobe);
       const auto sample = sample_bounce();
@@ -148,6 +136,22 @@ class DirectTracer {
       enter_media({scene_, media_}, vertex_, ray.direction, vertex_);
       vertex_.point = next;
     }
+  }
+
+  /// Adds a walk for each specular branch of the surface at vertex i, where the walk arrives with `beta`.
+  void split(SpecularBranches<Walk>& branches, Color beta, int i, bool has_subsurface) {
+    branches.split(vertex_.shading.bsdf, vertex_.point.wo, beta, [&](const BsdfSample& event) {
+      Walk next{scene_.spawn_ray(vertex_.point, event.wi),
+                {},
+                beta * event.f_cos,
+                i + 1,
+                {},
+                receiver_set(vertex_),
+                has_subsurface};
+      count_bounce(event, vertex_.point, next.start);
+      if (media_) next.stack = stack_towards(scene_, *media_, vertex_, event.wi);
+      return next;
+    });
   }
 
   void meet_emitter(Color carried) {

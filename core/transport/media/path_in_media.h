@@ -6,6 +6,12 @@
 
 namespace ajar {
 
+/// What the paths of a thread count.
+struct PathCounters {
+  uint64_t rays = 0, paths = 0;
+  MediaCounters media;
+};
+
 /// For scenes without media.
 struct NoMedia {
   static constexpr bool kThere = false;
