@@ -111,7 +111,7 @@ class AJAR_OBJECT_PT_culling(ObjectPanel, Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and context.object.type in VISIBLE
+        return super().poll(context) and context.object.type in LIT
 
     def draw(self, context: bpy.types.Context) -> None:
         column, scene = self.column(), context.scene
