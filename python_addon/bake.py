@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
-from mathutils import Matrix
 
 from . import compat, plain
 from .ajar_module import ajar
@@ -176,7 +175,8 @@ def _light(lobe: str, bits: int, values: Callable[[str], np.ndarray], pixels: in
     colour = values(LOBES[lobe] + "Col")[:, :3] if bits & COLOR else None
     if not light:
         return colour if colour is not None else np.zeros((pixels, 3), dtype=np.float32)
-    return sum(light) * (colour if colour is not None else 1.0)
+    total = np.add.reduce(light)
+    return total if colour is None else total * colour
 
 
 def bake(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, thing: bpy.types.Object, kind: str, bits: int, width: int, height: int) -> None:

@@ -30,7 +30,7 @@ class Eye:
     is_spherical: Callable[[bpy.types.Object], bool] = lambda thing: False   # whether its place depends on the direction of the ray
 
 
-CENTRE = Eye()
+CENTRE: Eye = Eye()
 
 
 def export(context: ExportContext, camera_object: bpy.types.Object | None, eye: Eye = CENTRE) -> None:
