@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 """Tests whether both engines show every feature in the same way: scenes of one feature each (test_scenes/features.py), rendered by both in one Blender:
 
-    benchmarks/feature_agreement.py [NAME ...] [--build build/release] [--samples 128] [--table docs/agreement.md]
+    benchmarks/feature_agreement.py [NAME ...] [--build build/release] [--samples 128] [--table docs/agreement.md] [--wheel 5.2.3]
 
 The means of 8 x 8-pixel blocks of 64 x 64-pixel images, over eight independent seeds each, must agree within 1 % plus three standard errors of the
 difference. Of thousands of blocks, a few exceed this at random. Such a feature is rendered again with new seeds and four times the samples, and only
-blocks that exceed it again disagree. --table writes the results to the page between its marks.
+blocks that exceed it again disagree. --table writes the results to the page between its marks. With --wheel, both engines render in the newer Blender of a
+bpy wheel, which opens the files of Debian's Blender; the zip of Ajar is in out/.
 """
 
 from __future__ import annotations
@@ -24,6 +25,10 @@ import numpy as np
 from renderers import run
 
 PROJECT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(PROJECT / "tests" / "compatibility"))
+import compatibility  # noqa: E402
+
+RENDER = PROJECT / "benchmarks" / "feature_render.py"
 BLENDER = os.environ.get("BLENDER", "blender")
 REPLICATES, BLOCK, AGAIN = 8, 8, 4
 BEGIN, END = "<!-- features: begin -->", "<!-- features: end -->"
@@ -88,12 +93,27 @@ def write_scenes(folder: Path, names: list[str]) -> None:
          str(folder), *names], "the features' scenes")
 
 
-def render(build: Path, folder: Path, names: list[str], samples: int, first_seed: int) -> None:
+@dataclass(frozen=True)
+class Blender:
+    """A Blender that renders the scenes: the command before the arguments of feature_render.py, and its environment."""
+
+    command: list[str]
+    environment: dict[str, str]
+
+
+def debian_blender(build: Path) -> Blender:
     profile = build / "blender_profile"
-    environment = os.environ | {"BLENDER_USER_CONFIG": str(profile / "config"), "BLENDER_USER_SCRIPTS": str(profile / "scripts")}
-    log = run([BLENDER, "-b", "--factory-startup", "--addons", "ajar_render", "--python-exit-code", "1", "--python",
-               str(PROJECT / "benchmarks" / "feature_render.py"), "--", str(folder), str(samples), f"{first_seed}:{REPLICATES}", *names],
-              "the features' renders", environment)
+    return Blender([BLENDER, "-b", "--factory-startup", "--addons", "ajar_render", "--python-exit-code", "1", "--python", str(RENDER)],
+                   os.environ | {"BLENDER_USER_CONFIG": str(profile / "config"), "BLENDER_USER_SCRIPTS": str(profile / "scripts")})
+
+
+def wheel_blender(version: str, folder: Path) -> Blender:
+    wheel = compatibility.wheel(version, compatibility.zips()[0].resolve())
+    return Blender([wheel.command[0], str(RENDER), "--zip", str(wheel.zip)], os.environ | {"BLENDER_USER_RESOURCES": str(folder / "profile")})
+
+
+def render(blender: Blender, folder: Path, names: list[str], samples: int, first_seed: int) -> None:
+    log = run([*blender.command, "--", str(folder), str(samples), f"{first_seed}:{REPLICATES}", *names], "the features' renders", blender.environment)
     (folder / f"log_{first_seed}.txt").write_text(log)
 
 
@@ -106,15 +126,15 @@ def places(found) -> set[tuple[int, int, int]]:
     return {(d.row, d.column, d.channel) for d in found}
 
 
-def compare(build: Path, folder: Path, names: list[str], samples: int) -> list[Found]:
+def compare(blender: Blender, folder: Path, names: list[str], samples: int) -> list[Found]:
     """Render and compare. Scenes and images stay in the folder."""
     write_scenes(folder, names)
-    render(build, folder, names, samples, 1)
+    render(blender, folder, names, samples, 1)
     first = {name: (blocks_of(folder, name, "ajar", 1), blocks_of(folder, name, "cycles", 1)) for name in names}
     found = {name: agreement.disagreements(*first[name]) for name in names}
     doubtful = [name for name in names if found[name]]
     if doubtful:
-        render(build, folder, doubtful, AGAIN * samples, 1 + REPLICATES)
+        render(blender, folder, doubtful, AGAIN * samples, 1 + REPLICATES)
     results = []
     for name in names:
         ours, theirs = first[name]
@@ -154,6 +174,7 @@ def main() -> int:
     parser.add_argument("--build", type=Path, default=Path(os.environ.get("AJAR_BUILD", PROJECT / "build" / "release")))
     parser.add_argument("--samples", type=int, default=128, help="per pixel and seed")
     parser.add_argument("--keep", type=Path, help="folder for scenes and pictures, instead of a temporary one")
+    parser.add_argument("--wheel", choices=compatibility.WHEELS, help="render in this Blender")
     parser.add_argument("--table", type=Path, help="page to which the results are written")
     options = parser.parse_args()
     known = features()
@@ -164,8 +185,9 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.keep or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
+        blender = wheel_blender(options.wheel, folder) if options.wheel else debian_blender(options.build.resolve())
         for start in range(0, len(names), 8):
-            for found in compare(options.build.resolve(), folder, names[start:start + 8], options.samples):
+            for found in compare(blender, folder, names[start:start + 8], options.samples):
                 results.append(found)
                 state = "agrees" if found.agrees else ("differs as expected" if found.is_expected else "DISAGREES")
                 print(f"{found.name}: {state}, {found.outside} of {found.blocks} blocks outside, ratio {found.ratio:.4f}, "

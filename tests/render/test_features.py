@@ -10,7 +10,7 @@ def test_features_agree_with_cycles(ajar_build, tmp_path):
     known = feature_agreement.features()
     names = list(known) if "AJAR_AGREEMENT" in os.environ else feature_agreement.SAMPLE
     samples = int(os.environ.get("AJAR_TEST_SAMPLES", "32"))
-    found = [f for start in range(0, len(names), 8) for f in feature_agreement.compare(ajar_build.build, tmp_path, names[start:start + 8], samples)]
+    found = [f for start in range(0, len(names), 8) for f in feature_agreement.compare(feature_agreement.debian_blender(ajar_build.build), tmp_path, names[start:start + 8], samples)]
     assert len(found) == len(names)
     differing = [f"{f.name}: {f.outside} of {f.blocks} blocks, {f.worst}" for f in found if not f.is_expected]
     assert not differing, "\n".join(differing)
