@@ -374,7 +374,7 @@ inline RTCRayHit nearest(RTCScene scene, const Ray& ray, uint32_t mask, bool coh
 
 void Accel::intersect(const Ray& ray, uint32_t ray_kind, Hit& hit) const {
   if (!is_traceable(ray, data_->farthest)) return;
-  const uint32_t mask = ray_kind & kRayShadow ? ray.blockers : visibility_mask(ray_kind);
+  const uint32_t mask = ray_kind == kRayShadow ? ray.blockers : visibility_mask(ray_kind);
   const RTCRayHit query = nearest(data_->top, ray, mask, (ray_kind & kRayCamera) != 0);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
     hit.instance = ~0u;
