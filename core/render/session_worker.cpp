@@ -178,8 +178,11 @@ void SessionWorker::work() {
 /// Shadow catchers are rendered by path tracing, whatever technique is asked for.
 void SessionWorker::use_path_tracing_for_catchers(Job& job) {
   replaced_integrator_.clear();
-  const bool catchers = job.description ? has_catchers(*job.description)
-                                        : state_.lock()->scene && state_.lock()->scene->catchers();
+  const auto built_has_catchers = [&] {
+    const auto state = state_.lock();
+    return state->scene && state->scene->catchers();
+  };
+  const bool catchers = job.description ? has_catchers(*job.description) : built_has_catchers();
   std::string& integrator = job.description ? job.description->settings.integrator : job.settings.integrator;
   if (!catchers || integrator == "path") return;
   replaced_integrator_ = find_integrator(integrator).label;
