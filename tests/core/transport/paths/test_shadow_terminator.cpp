@@ -92,7 +92,7 @@ TEST(ShadowTerminator, integrators_that_lose_its_light_after_a_bounce_say_so) {
       const auto integrator = make_integrator(name);
       integrator->prepare(build(d), 1);
       EXPECT_EQ(integrator->bias() == Bias::Biased, loses) << name;
-      const RunningMoments actual = whole(d, name, std::string(name) == "bdpt" ? 160 : 640, 12, 100);
+      const RunningMoments actual = whole(d, name, std::string(name) == "bdpt" ? 160 : 640, 16, 100);
       ASSERT_LT(std::sqrt(actual.variance_of_mean()), 0.01 * expected.mean()) << "inconclusive, " << name;
       if (loses)
         EXPECT_NEAR(actual.mean(), expected.mean(), 0.1 * expected.mean()) << name;
