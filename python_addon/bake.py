@@ -92,7 +92,7 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def directions_to_eye(surface: Surface, camera: bpy.types.Object | None) -> np.ndarray:
-    """[triangles, 3, 3]: at each corner the normal, or the direction to `camera`, which is raised above the surface."""
+    """[triangles, 3, 3]: at each corner the normal (as in Cycles), or the direction to `camera`, which is raised above the surface."""
     if camera is None:
         return surface.normals
     frame = np.array(camera.matrix_world)

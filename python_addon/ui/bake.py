@@ -31,7 +31,7 @@ class AJAR_RENDER_PT_bake_influence(AjarPanel, Panel):
         if kind == "NORMAL":
             column.prop(bake, "normal_space", text="Space")
             for number, name in enumerate("rgb"):
-                column.prop(bake, f"normal_{name}", text="Swizzle " + name.upper() if number == 0 else name.upper())
+                column.prop(bake, f"normal_{name}", text="Swizzle R" if number == 0 else name.upper())
         elif kind == "COMBINED" or kind in LIGHT:
             lighting = self.layout.column(heading="Lighting" if kind == "COMBINED" else "Contributions", align=True)
             for name in ("direct", "indirect") + (() if kind == "COMBINED" else ("color",)):
