@@ -64,7 +64,7 @@ NO_MEANING = {
                 "metadata_input ppm_* save_output",
         BLENDER: "use_compositing use_sequencer* sequencer_* use_lock_interface use_single_layer use_freestyle line_thickness* simplify_* use_simplify_normals compositor_*",
         EEVEE: "filter_size hair_type hair_subdiv use_high_quality_normals anisotropic_filter",
-        "Ajar does not bake": "bake* use_bake*",
+        "setting of Blender's bake operators": "bake* use_bake*",
         "views always begin with large pixels, and no data is kept between renders": "preview_pixel_size use_persistent_data use_texture_cache use_auto_generate_texture_cache",
     },
     "ViewLayer": {
