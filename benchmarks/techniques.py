@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""Compares all techniques with Cycles at equal time, on scenes whose light is hard to find:
+"""Compares all techniques with Cycles at equal CPU time, on scenes whose light is hard to find:
 
     benchmarks/techniques.py [SCENE ...] [--seconds 3] [--repeats 5] [--reference-seconds 240] [--wheel PYTHON]
 
 All techniques of a scene are compared with one reference: the mean of independent `metropolis` renders, checked by the mean of an independent `bdpt`
 render. The remaining noise of the reference is subtracted from every error. Techniques are rendered in turn, with new seeds in every turn. The result
-is the efficiency, 1 / (seconds * relMSE), as a multiple of the median of Cycles: 10 means the same error in a tenth of the time if the variance falls
-as 1 / time. References are stored in build/techniques and rendered again when the .blend changes. Writes docs/benchmarks/techniques.md and
+is the efficiency, 1 / (CPU seconds * relMSE), as a multiple of the median of Cycles: 10 means the same error in a tenth of the time if the variance falls
+as 1 / time. CPU seconds are those of rendering, without export and build. References are stored in build/techniques and rendered again when the .blend changes. Writes docs/benchmarks/techniques.md and
 build/techniques/results.json.
 """
 
@@ -29,7 +29,7 @@ import numpy as np
 import renderers
 from scenes import PROJECT, Scene, find_scenes
 
-HARD_SCENES = ["box", "room", "rooms", "lantern", "bar"]
+HARD_SCENES = ["box", "room", "rooms", "lantern", "keyhole", "bar", "kitchen"]
 REFERENCE_REPLICATES = 8
 ENDLESS = 1 << 20  # samples; the time limit stops the render
 
@@ -86,11 +86,18 @@ def reference_of(ajar: renderers.AjarBuild, blend: Scene, scene: Path, folder: P
 
 
 def cycles_technique(scene: Scene, folder: Path, seconds: float, threads: int, **settings) -> Callable[[int], renderers.Render]:
-    """Cycles with the number of samples that takes about `seconds`."""
-    trial = renderers.render_cycles(scene.path, folder, [1, 9], [99], threads, scene.percentage, **settings)
-    per_sample = max((trial[1].seconds - trial[0].seconds) / 8, 1e-5)
-    samples = max(1, round(seconds / per_sample))
-    return lambda seed: renderers.render_cycles(scene.path, folder, [samples], [seed], threads, scene.percentage, **settings)[0]
+    """Cycles with the number of samples that takes about `seconds` with all threads. Its CPU time is without that of an image of no samples."""
+    trial = renderers.render_cycles(scene.path, folder, [1, 17], [99], threads, scene.percentage, **settings)
+    cpu = [render.statistics["cpu_seconds"] for render in trial]
+    per_sample = max((cpu[1] - cpu[0]) / 16, 1e-5)
+    start = max(0.0, cpu[0] - per_sample)
+    samples = max(1, round(threads * seconds / per_sample))
+
+    def render(seed: int) -> renderers.Render:
+        done = renderers.render_cycles(scene.path, folder, [samples], [seed], threads, scene.percentage, **settings)[0]
+        done.statistics["render_cpu_seconds"] = max(done.statistics["cpu_seconds"] - start, 1e-5)
+        return done
+    return render
 
 
 def measure_scene(scene: Scene, ajar: renderers.AjarBuild, work: Path, options: argparse.Namespace) -> dict:
@@ -116,7 +123,8 @@ def measure_scene(scene: Scene, ajar: renderers.AjarBuild, work: Path, options: 
                 failures[name] = str(failure).splitlines()[-1]
                 continue
             image = done.image()
-            runs.append({"technique": name, "repeat": repeat, "seconds": done.seconds, "samples": done.samples, "path": str(done.path),
+            runs.append({"technique": name, "repeat": repeat, "seconds": done.seconds,
+                         "cpu_seconds": done.statistics["render_cpu_seconds"], "samples": done.samples, "path": str(done.path),
                          "relmse": metrics.relmse(image, reference.mean, reference.variance),
                          "trimmed": metrics.relmse(image, reference.mean, reference.variance, discard=0.001),
                          "mean": float(metrics.luminance(image).mean() / metrics.luminance(reference.mean).mean()),
@@ -126,8 +134,8 @@ def measure_scene(scene: Scene, ajar: renderers.AjarBuild, work: Path, options: 
 
 
 def efficiencies(found: dict, technique: str, error: str) -> list[float]:
-    """1 / (T * relMSE) of every repeat. Repeats with an error below the noise of the reference are omitted."""
-    return [metrics.efficiency(run["seconds"], run[error]) for run in found["runs"] if run["technique"] == technique and run[error] > 0.0]
+    """1 / (T * relMSE) of every repeat, with T in CPU seconds. Repeats with an error below the noise of the reference are omitted."""
+    return [metrics.efficiency(run["cpu_seconds"], run[error]) for run in found["runs"] if run["technique"] == technique and run[error] > 0.0]
 
 
 def technique_row(found: dict, technique: str) -> str | None:
@@ -142,9 +150,9 @@ def technique_row(found: dict, technique: str) -> str | None:
             cells.append(f"**{statistics.median(ours) / base:.3g}** ({min(ours) / base:.3g} to {max(ours) / base:.3g})")
         else:
             cells.append("–")
-    median = {key: statistics.median(run[key] for run in runs) for key in ("seconds", "relmse", "trimmed")}
+    median = {key: statistics.median(run[key] for run in runs) for key in ("seconds", "cpu_seconds", "relmse", "trimmed")}
     mean = [run["mean"] for run in runs]
-    return (f"| {technique} | {median['seconds']:.2f} | {median['relmse']:.3g} | {median['trimmed']:.3g} | {cells[0]} | {cells[1]} | "
+    return (f"| {technique} | {median['seconds']:.2f} | {median['cpu_seconds']:.2f} | {median['relmse']:.3g} | {median['trimmed']:.3g} | {cells[0]} | {cells[1]} | "
             f"{statistics.mean(mean):.4f} ± {statistics.stdev(mean) / len(mean) ** 0.5 if len(mean) > 1 else float('nan'):.4f} |")
 
 
@@ -166,14 +174,15 @@ def page(results: dict) -> str:
              "`benchmarks/techniques.py` (part of `make bench`) writes this page; do not edit it.", "",
              f"{results['machine']['threads']} threads, {results['seconds']:g} s a render, {results['repeats']} seeds, at 30 % of the scenes' size. Errors are "
              "relMSE, mean((I−R)²/(R²+0.01)), medians over seeds; *trimmed* omits the worst 0.1 % of pixels. Multiples are of Cycles' efficiency "
-             "1/(T·relMSE), its median over the same number of seeds, in brackets the minimum and the maximum of single seeds. Seconds are the time of rendering. "
+             "1/(T·relMSE) with T in CPU seconds, its median over the same number of seeds, in brackets the minimum and the maximum of single seeds. Seconds are the time "
+             "of rendering, without export and build. A reference should have at most a tenth of the error that it judges; its own error is stated. "
              "The last column is the mean of the image over that of the reference with one standard error.", ""]
     lines += ["## Machine", ""] + [f"* {key}: {value}" for key, value in results["machine"].items()]
     for found in results["scenes"]:
         lines += ["", f"## {found['scene']}", "",
                   f"{found['width']}×{found['height']}. The reference's own relMSE is {found['reference_noise']:.2g}; an independent bidirectional render has "
                   f"{found['reference_check']:.4f} of its mean.", "",
-                  "| technique | s | relMSE | trimmed | times Cycles | times Cycles, trimmed | mean |", "|---|---|---|---|---|---|---|"]
+                  "| technique | s | CPU s | relMSE | trimmed | times Cycles | times Cycles, trimmed | mean |", "|---|---|---|---|---|---|---|---|"]
         names = list(dict.fromkeys(run["technique"] for run in found["runs"]))
         lines += [row for row in (technique_row(found, name) for name in names) if row]
         lines += [f"\n{name} was not measured: {why}" for name, why in found["failures"].items()]

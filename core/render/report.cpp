@@ -53,6 +53,7 @@ void add_render(const SessionState& d, json& j) {
   j["build_seconds"] = d.progress.build_seconds;
   j["pilot_seconds"] = d.pilot_seconds;
   j["render_seconds"] = d.progress.render_seconds;
+  j["render_cpu_seconds"] = d.cpu_seconds;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   j["peak_memory_bytes"] = int64_t(usage.ru_maxrss) * 1024;

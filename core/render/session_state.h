@@ -57,6 +57,7 @@ struct SessionState {
   PlanSteps technique_steps;              ///< how the technique was chosen
   std::optional<Learned::Choice> choice;  ///< of the technique
   double pilot_seconds = 0.0;
+  double cpu_seconds = 0.0;  ///< of the process since the scene was built, in all threads
   StoppingPolicy policy;
 
   // ---- Results so far ------------------------------------------------------------------------

@@ -207,6 +207,7 @@ void SessionWorker::run(Job job) {
   }
   if (stop_.load()) return;
   limit_start_ = Clock::now();
+  cpu_start_ = process_cpu_seconds();
   // While the artist navigates, there is no time for a pilot.
   if (final_render && find_integrator(asked.integrator).automatic) chosen = choose(camera);
   if (stop_.load()) return;
@@ -428,6 +429,7 @@ void SessionWorker::publish(double seconds, uint64_t done, bool cut) {
                  "Cryptomatte: in some pixels there are more mattes than ranks; more Levels show all of them."});
   progress.samples = state->samples_before() + state->sample_counts.mean;
   progress.render_seconds = seconds;
+  state->cpu_seconds = process_cpu_seconds() - cpu_start_;
   if (!cut && state->policy.error_due(seconds, done)) estimate_error(*state, seconds, done);
   state->policy.remaining_time.add(seconds_since(limit_start_), double(done));
   progress.remaining_seconds = state->policy.remaining_seconds(seconds, progress.shown_relmse());

@@ -52,6 +52,7 @@ class SessionWorker {
   std::atomic<bool> stop_{false};  // stop rendering
   std::atomic<bool> stop_building_{false};
   std::string replaced_integrator_;  // label of the integrator that path tracing replaces; empty: none
+  double cpu_start_ = 0.0;           // CPU time of the process at the end of the build
   Clock::time_point limit_start_;    // start of the time limit: the end of the build
   std::thread thread_;
 };

@@ -67,6 +67,8 @@ bool beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf
     place.distance = std::sqrt(length_squared(to_light));
     if (!(place.distance > 0.0f)) return false;
     place.wi = to_light / place.distance;
+    // The flat faces of the mesh itself are below the horizon of the curved surface.
+    if (glm::dot(point.ns, place.wi) * glm::dot(point.ns, wi) <= 0.0f) return false;
   }
   ray = scene.spawn_segment(moved, place);
   return true;

@@ -68,6 +68,20 @@ TEST(ShadowTerminator, flat_faces_and_a_zero_offset_change_nothing) {
   EXPECT_EQ(render(flat, "path", 4, 1), render(flat_off, "path", 4, 1));
 }
 
+TEST(ShadowTerminator, a_convex_smooth_mesh_that_emits_does_not_light_itself) {
+  for (const float offset : {0.0f, 0.1f}) {
+    SceneDescription d;
+    const int ball = add_object(d, sphere(6), add_diffuse(d, Color(0.8f), Color(1.0f)));
+    d.objects[size_t(ball)].shadow_terminator_offset = offset;
+    set_camera(d, Vec3(0, -3, 0), Vec3(0, 0, 0), 8, 0.2f);
+    for (const char* name : {"path", "bdpt"}) {
+      SCOPED_TRACE(name);
+      // `mean` divides by four channels. The parabola is not quite the curved surface of the normals: 0.2 % is left.
+      EXPECT_NEAR(mean(render(d, name, 64, 1)), 0.75, 0.004 * 0.75);
+    }
+  }
+}
+
 TEST(ShadowTerminator, all_unbiased_methods_have_the_same_mean) {
   const SceneDescription base = coarse_ball(LightKind::Area, 0.1f);
   const RunningMoments expected = whole(base, "path", 32, 12, 1);
