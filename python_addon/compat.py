@@ -127,6 +127,11 @@ def hair_tilt() -> str:
     return "EYE" if bpy.app.version >= (4, 0) else "LIGHT"
 
 
+def poly_curves_are_straight() -> bool:
+    """Whether Cycles shows poly curves as straight tubes, whatever the shape of hair is (since 5.0)."""
+    return bpy.app.version >= (5, 0)
+
+
 def ies_is_seen_from_eye() -> bool:
     """Whether IES textures without a vector use the direction to the eye; up to 3.6, the normal."""
     return bpy.app.version >= (4, 0)

@@ -1252,6 +1252,81 @@ def shown_thrice(stage: Stage, thing: bpy.types.Object) -> None:
         stage.scene.collection.objects.link(empty)
 
 
+# Instances of hair curves. A tuft is a Curves object of a few strands that geometry nodes make around its origin.
+
+def tuft(stage: Stage, material: bpy.types.Material | None = None, smooth: bool = False) -> bpy.types.Object:
+    material = material or tools.diffuse("Hair", (0.15, 0.5, 0.3))
+    thing = bpy.data.objects.new("Tuft", bpy.data.hair_curves.new("Tuft"))
+    stage.scene.collection.objects.link(thing)
+    tree = bpy.data.node_groups.new("Tuft", "GeometryNodeTree")
+    after = ("GeometryNodeCurveSplineType",) if smooth else ()
+    ball, points, instances, _realized, *spline, assigned, _out = chain(tree, "GeometryNodeMeshUVSphere", "GeometryNodeMeshToPoints", "GeometryNodeInstanceOnPoints",
+                                                                       "GeometryNodeRealizeInstances", *after, "GeometryNodeSetMaterial")
+    for node in spline:
+        node.spline_type = "CATMULL_ROM"
+    line, radius = tree.nodes.new("GeometryNodeCurveQuadraticBezier"), tree.nodes.new("GeometryNodeSetCurveRadius")
+    ball.inputs["Segments"].default_value, ball.inputs["Rings"].default_value, ball.inputs["Radius"].default_value = 14, 9, 0.4
+    line.inputs["Resolution"].default_value = 6
+    line.inputs["Start"].default_value, line.inputs["Middle"].default_value, line.inputs["End"].default_value = (0, 0, 0), (0.1, 0, 0.2), (0.35, 0, 0.25)
+    radius.inputs["Radius"].default_value = 0.02
+    assigned.inputs["Material"].default_value = material
+    tree.links.new(line.outputs[0], radius.inputs[0])
+    tree.links.new(radius.outputs[0], instances.inputs["Instance"])
+    thing.modifiers.new("Tuft", "NODES").node_group = tree
+    thing.data.materials.append(material)
+    stage.panel()
+    return thing
+
+
+def by_collection(stage: Stage, thing: bpy.types.Object) -> None:
+    shown_thrice(stage, thing)
+
+
+def by_nodes(stage: Stage, thing: bpy.types.Object) -> None:
+    """At the vertices of the box, by Instance on Points."""
+    tree = bpy.data.node_groups.new("Shown", "GeometryNodeTree")
+    tree.inputs.new("NodeSocketGeometry", "Geometry")
+    tree.outputs.new("NodeSocketGeometry", "Geometry")
+    given, points, shown, joined, out = (tree.nodes.new(name) for name in (
+        "NodeGroupInput", "GeometryNodeInstanceOnPoints", "GeometryNodeObjectInfo", "GeometryNodeJoinGeometry", "NodeGroupOutput"))
+    shown.inputs["Object"].default_value, shown.inputs["As Instance"].default_value = thing, True
+    points.inputs["Rotation"].default_value, points.inputs["Scale"].default_value = (0.3, 0.2, 0.5), (0.6, 0.6, 0.4)
+    tree.links.new(given.outputs[0], points.inputs["Points"])
+    tree.links.new(shown.outputs["Geometry"], points.inputs["Instance"])
+    for geometry in (points.outputs[0], given.outputs[0]):
+        tree.links.new(geometry, joined.inputs[0])
+    tree.links.new(joined.outputs[0], out.inputs[0])
+    stage.box.modifiers.new("Shown", "NODES").node_group = tree
+    thing.hide_render = True
+
+
+def by_particles(stage: Stage, thing: bpy.types.Object) -> None:
+    """Particles on the ball."""
+    settings = stage.ball.modifiers.new("Shown", "PARTICLE_SYSTEM").particle_system.settings
+    settings.type, settings.count, settings.frame_start, settings.frame_end, settings.lifetime = "EMITTER", 12, 1, 1, 50
+    settings.physics_type, settings.render_type, settings.instance_object = "NO", "OBJECT", thing
+    settings.particle_size, settings.size_random, settings.use_rotations = 0.6, 0.3, True
+    settings.use_rotation_instance = True
+    stage.scene.frame_set(2)
+    thing.location = (0, 0, -50)
+
+
+SHOWN = {"collection": by_collection, "nodes": by_nodes, "particles": by_particles}
+
+
+def shown_by(name: str, what: str, way: str, make: Callable[[Stage], bpy.types.Object], kind: str = "hair") -> None:
+    add(kind, name, what, lambda stage: SHOWN[way](stage, make(stage)))
+
+
+shown_by("curves_by_collection", "hair curves, shown three times by a collection, turned and squeezed", "collection", tuft)
+shown_by("curves_by_nodes", "hair curves, shown by geometry nodes of another object", "nodes", tuft)
+shown_by("curves_by_particles", "hair curves, shown by particles", "particles", tuft)
+shown_by("curves_smooth", "hair curves of smooth strands, shown three times", "collection", lambda stage: tuft(stage, smooth=True))
+shown_by("curves_instances_info", "what Hair Info says on instances, shining", "collection",
+         lambda stage: tuft(stage, shining("ShaderNodeHairInfo", {"Intercept": 0.5, "Thickness": 5.0, "Length": 0.5, "Random": 0.3})))
+shown_by("curves_instances_chiang", "Principled Hair on instances", "collection", lambda stage: tuft(stage, shader("ShaderNodeBsdfHairPrincipled", **BLOND)))
+
+
 def attribute_of(name: str) -> dict:
     return {"attribute_type": "GEOMETRY", "attribute_name": name}
 
@@ -1439,6 +1514,51 @@ def _(stage):
     tree.links.new(coordinates.outputs["Generated"], noise.inputs["Vector"])
     tree.links.new(noise.outputs["Fac"], ramp.inputs["Value"])
     tree.links.new(ramp.outputs["Result"], node.inputs["Density"])
+
+
+# Volume objects with grids, whose voxels geometry nodes make from a formula.
+
+def smoke(stage: Stage, space: str = "OBJECT") -> bpy.types.Object:
+    """A ball of smoke, denser below."""
+    stage.sky((0.05, 0.05, 0.06))
+    tools.point_light("Lamp", (-1.2, -1.2, 3.2), 300, radius=0.0)
+    stage.scene.cycles.volume_step_rate = 0.1
+    thing = bpy.data.objects.new("Smoke", bpy.data.volumes.new("Smoke"))
+    stage.scene.collection.objects.link(thing)
+    material = volume(("ShaderNodeVolumePrincipled", {"Color": (0.8, 0.7, 0.6), "Density": 2.0}))
+    thing.data.materials.append(material)
+    thing.data.render.space = space
+    tree = bpy.data.node_groups.new("Smoke", "GeometryNodeTree")
+    cube, assigned, _out = chain(tree, "GeometryNodeVolumeCube", "GeometryNodeSetMaterial")
+    cube.inputs["Min"].default_value, cube.inputs["Max"].default_value = (-0.5,) * 3, (0.5,) * 3
+    for axis in "XYZ":
+        cube.inputs[f"Resolution {axis}"].default_value = 24
+    place, length, below, density = (tree.nodes.new(name) for name in ("GeometryNodeInputPosition", "ShaderNodeVectorMath", "ShaderNodeSeparateXYZ", "ShaderNodeMath"))
+    length.operation, density.operation = "LENGTH", "SUBTRACT"
+    falling = tree.nodes.new("ShaderNodeMath")
+    falling.operation, falling.use_clamp = "MULTIPLY_ADD", True
+    tree.links.new(place.outputs[0], length.inputs[0])
+    tree.links.new(place.outputs[0], below.inputs[0])
+    tree.links.new(length.outputs["Value"], falling.inputs[0])
+    falling.inputs[1].default_value, falling.inputs[2].default_value = -4.0, 1.8
+    density.operation = "MULTIPLY"
+    shade = tree.nodes.new("ShaderNodeMath")
+    shade.operation = "MULTIPLY_ADD"
+    tree.links.new(below.outputs["Z"], shade.inputs[0])
+    shade.inputs[1].default_value, shade.inputs[2].default_value = -1.0, 0.8
+    tree.links.new(falling.outputs[0], density.inputs[0])
+    tree.links.new(shade.outputs[0], density.inputs[1])
+    tree.links.new(density.outputs[0], cube.inputs["Density"])
+    assigned.inputs["Material"].default_value = material
+    thing.modifiers.new("Smoke", "NODES").node_group = tree
+    return thing
+
+
+add("volume", "smoke_object", "a volume object", lambda stage: setattr(smoke(stage), "location", (0.2, -0.9, 0.8)))
+shown_by("smoke_by_collection", "a volume object, shown three times, turned and squeezed", "collection", smoke, "volume")
+shown_by("smoke_by_nodes", "a volume object, shown by geometry nodes of another object", "nodes", smoke, "volume")
+shown_by("smoke_by_particles", "a volume object, shown by particles", "particles", smoke, "volume")
+shown_by("smoke_in_world_units", "a volume object whose density is per metre, shown three times", "collection", lambda stage: smoke(stage, "WORLD"), "volume")
 
 
 # --- The film --------------------------------------------------------------------------------------------------------

@@ -351,7 +351,7 @@ void check_enum(E value, E last) {
 void check_enums(const SceneDescription& d) {
   for (const MeshDescription& mesh : d.meshes) {
     check_enum(mesh.normal_domain, Domain::Face);
-    check_enum(mesh.strand_shape, StrandShape::Round);
+    check_enum(mesh.strand_shape, StrandShape::Linear);
     check_enum(mesh.subdivision.scheme, SubdivisionScheme::Simple);
     check_enum(mesh.subdivision.uv_smoothing, UvSmoothing::All);
     for (const Attribute& attribute : mesh.attributes) check_enum(attribute.domain, Domain::Face);

@@ -147,7 +147,8 @@ inline constexpr const char *kPositionBefore = ".position_before", *kPositionAft
 
 enum class StrandShape : uint8_t {
   Ribbon,  ///< flat, faces each ray, shaded as if it were round
-  Round    ///< a tube
+  Round,   ///< a tube
+  Linear   ///< a tube of straight pieces between the points, with round joints and ends
 };
 
 enum class SubdivisionScheme : uint8_t {

@@ -24,11 +24,14 @@ Vec4 sum(const Vec4* keys, Vec4 weights) {
 
 }  // namespace
 
-Vec3 Strands::center(uint32_t segment, float u) const { return Vec3(sum(&keys[first_key[segment]], catmull_rom(u))); }
+Vec3 Strands::center(uint32_t segment, float u) const {
+  const Vec4* const k = &keys[first_key[segment]];
+  return Vec3(shape == StrandShape::Linear ? k[1] + u * (k[2] - k[1]) : sum(k, catmull_rom(u)));
+}
 
 Vec3 Strands::tangent(uint32_t segment, float u) const {
   const Vec4* const k = &keys[first_key[segment]];
-  const Vec3 along(sum(k, catmull_rom_derivative(u)));
+  const Vec3 along(shape == StrandShape::Linear ? k[2] - k[1] : sum(k, catmull_rom_derivative(u)));
   if (length_squared(along) > 0.0f) return along;
   // Where points coincide, use the direction between their neighbours.
   const Vec3 neighbours(k[3] - k[0]);

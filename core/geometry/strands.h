@@ -1,6 +1,7 @@
 // Hair: curves with a width, many in one geometry.
 //
-// A strand is a Catmull-Rom curve through its points; its first and last keys are repeated. A segment lies between two
+// A strand is a Catmull-Rom curve through its points, or straight between them (StrandShape::Linear); its first and last
+// keys are repeated. A segment lies between two
 // consecutive points. A ray hits a segment (Hit::primitive) at a position u in [0, 1] along it and v in [-1, 1] across
 // it. A ribbon faces each ray that hits it and is shaded as a tube. A ray that leaves it therefore starts outside the
 // tube (Scene::spawn_ray), so that light arrives from all sides.

@@ -174,19 +174,38 @@ struct Accel::Data {
   }
 
   RTCGeometry new_strands(const Strands& strands) {
-    const bool ribbons = strands.shape == StrandShape::Ribbon;
-    RTCGeometry geometry = rtcNewGeometry(
-        device, ribbons ? RTC_GEOMETRY_TYPE_FLAT_CATMULL_ROM_CURVE : RTC_GEOMETRY_TYPE_ROUND_CATMULL_ROM_CURVE);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, strands.keys.data(), 0,
-                               sizeof(Vec4), strands.keys.size());
+    const bool ribbons = strands.shape == StrandShape::Ribbon, linear = strands.shape == StrandShape::Linear;
+    RTCGeometry geometry = rtcNewGeometry(device, ribbons  ? RTC_GEOMETRY_TYPE_FLAT_CATMULL_ROM_CURVE
+                                                  : linear ? RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE
+                                                           : RTC_GEOMETRY_TYPE_ROUND_CATMULL_ROM_CURVE);
+    // A straight piece has two keys, those in the middle of the four of a segment.
+    const size_t skipped = linear ? 1 : 0;
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, strands.keys.data(),
+                               skipped * sizeof(Vec4), sizeof(Vec4), strands.keys.size() - skipped);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, strands.first_key.data(), 0,
                                sizeof(uint32_t), strands.first_key.size());
-    rtcSetGeometryTessellationRate(geometry, float((1 << strands.subdivisions) + 1));  // the same rate as in Cycles
+    if (linear)
+      mark_joints(geometry, strands);
+    else  // the same rate as in Cycles
+      rtcSetGeometryTessellationRate(geometry, float((1 << strands.subdivisions) + 1));
     const auto filter = ribbons ? reject_own_strand : reject_own_strand_or_from_inside;
     rtcSetGeometryUserData(geometry, const_cast<Strands*>(&strands));
     rtcSetGeometryIntersectFilterFunction(geometry, filter);
     rtcSetGeometryOccludedFilterFunction(geometry, filter);
     return geometry;
+  }
+
+  /// Tells Embree at which ends of its straight pieces a strand goes on.
+  static void mark_joints(RTCGeometry geometry, const Strands& strands) {
+    const size_t count = strands.segment_count();
+    auto* const joints = static_cast<uint8_t*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_FLAGS, 0, RTC_FORMAT_UCHAR, sizeof(uint8_t), count));
+    if (!joints) return;  // reported by the device
+    for (size_t i = 0; i < count; ++i) {
+      const bool before = i > 0 && strands.first_key[i - 1] + 1 == strands.first_key[i];
+      const bool after = i + 1 < count && strands.first_key[i] + 1 == strands.first_key[i + 1];
+      joints[i] = uint8_t((before ? RTC_CURVE_FLAG_NEIGHBOR_LEFT : 0) | (after ? RTC_CURVE_FLAG_NEIGHBOR_RIGHT : 0));
+    }
   }
 
   RTCGeometry new_points(const Points& points) {

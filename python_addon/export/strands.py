@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from .context import ExportContext
 
 EMPTY_RADIUS = 0.005   # for hair curves without a radius, as in Cycles
+POLY = 1               # a value of the attribute `curve_type`
+SHAPES = {"RIBBONS": ajar.StrandShape.Ribbon, "THICK": ajar.StrandShape.Round, "THICK_LINEAR": ajar.StrandShape.Linear}
 
 
 # ---- Particle hair --------------------------------------------------------------------------------------------------------
@@ -129,12 +131,20 @@ def of_curves(context: ExportContext, curves: bpy.types.Curves, name: str) -> di
     values = attributes.named(curves, context.attribute_names | {coordinates})
     if context.uses_generated:   # hair curves have none, so that the position in object space is used, as in Cycles
         values.append((ajar.UNDEFORMED_POSITION, ajar.Domain.Vertex, points))
-    return {**shape(context), "name": name, "positions": points, "radii": radii, "strands": first.astype(np.uint32), "attributes": values,
+    form = shape(context)
+    if compat.poly_curves_are_straight() and _are_poly(curves):
+        form["shape"] = ajar.StrandShape.Linear
+    return {**form, "name": name, "positions": points, "radii": radii, "strands": first.astype(np.uint32), "attributes": values,
             "active_uv": coordinates, "texture_space_location": (0.5, 0.5, 0.5), "texture_space_size": (0.5, 0.5, 0.5)}
 
 
+def _are_poly(curves: bpy.types.Curves) -> bool:
+    """Whether the first strand has straight pieces; Cycles takes all to be as the first."""
+    kind = curves.attributes.get("curve_type")
+    return kind is not None and len(kind.data) > 0 and kind.data[0].value == POLY
+
+
 def shape(context: ExportContext) -> dict:
-    """The shape of all hair, a setting of the scene in Cycles."""
+    """The shape of hair, a setting of the scene in Cycles."""
     ours = plain.of(context.scene.ajar)
-    kind, subdivisions = ours.curve_shape, ours.curve_subdivisions
-    return {"shape": ajar.StrandShape.Ribbon if kind == "RIBBONS" else ajar.StrandShape.Round, "subdivisions": subdivisions}
+    return {"shape": SHAPES[ours.curve_shape], "subdivisions": ours.curve_subdivisions}

@@ -131,7 +131,7 @@ std::vector<TransportScene> further_scenes() {
     d.camera.aperture_radius = kind == PanoramaKind::Equirectangular ? 0.05f : 0.0f;
     scenes.push_back({"panorama_" + std::to_string(int(kind)), d});
   }
-  for (StrandShape shape : {StrandShape::Ribbon, StrandShape::Round}) {
+  for (StrandShape shape : {StrandShape::Ribbon, StrandShape::Round, StrandShape::Linear}) {
     SceneDescription d = lit_room();
     MeshDescription strands = hair({{{0, 0, 0}, {0.2f, 0, 0.3f}, {0, 0.1f, 0.6f}}, {{0.2f, 0, 0}, {0.2f, 0.1f, 0.5f}}},
                                    0.05f, 0.01f, shape);

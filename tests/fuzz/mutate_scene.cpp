@@ -103,7 +103,7 @@ void mutate(MeshDescription& mesh, Random& random) {
       case 1:
         if (float* radius = any_of(mesh.radii, random)) *radius = number(random);
         break;
-      case 2: mesh.strand_shape = StrandShape(below(random, 2)); break;
+      case 2: mesh.strand_shape = StrandShape(below(random, 3)); break;
       case 3: mesh.strand_subdivisions = integer(random); break;
       default: rearrange(mesh.strands, random); break;
     }

@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 import pytest
+from ajar_render import compat
 from ajar_render.ajar_module import ajar
 
 
@@ -85,21 +86,100 @@ def test_instances_share_their_hair(head, export, build):
     assert len(description.meshes) == 2 and len(description.instances) == 6
 
 
-def test_hair_curves_are_strands(build, export):
-    data = bpy.data.hair_curves.new("Hair")
-    build.object(data, "Wig")
-    data.materials.append(build.material())
-    assert not export().objects   # without strands
+def group(*names: str) -> list[bpy.types.Node]:
+    """A chain of geometry nodes; the last is the output of the group."""
     tree = bpy.data.node_groups.new("Grow", "GeometryNodeTree")
     if hasattr(tree, "interface"):
         tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
     else:
         tree.outputs.new("NodeSocketGeometry", "Geometry")
-    line, radius, out = (tree.nodes.new(name) for name in ("GeometryNodeCurvePrimitiveLine", "GeometryNodeSetCurveRadius", "NodeGroupOutput"))
+    made = [tree.nodes.new(name) for name in (*names, "NodeGroupOutput")]
+    for here, there in zip(made, made[1:], strict=False):
+        tree.links.new(here.outputs[0], there.inputs[0])
+    return made
+
+
+@pytest.fixture
+def wig(build):
+    """A hair curves object with one strand."""
+    data = bpy.data.hair_curves.new("Hair")
+    thing = build.object(data, "Wig")
+    data.materials.append(build.material())
+    _line, radius, _ = made = group("GeometryNodeCurvePrimitiveLine", "GeometryNodeSetCurveRadius")
     radius.inputs["Radius"].default_value = 0.25
-    tree.links.new(line.outputs[0], radius.inputs[0])
-    tree.links.new(radius.outputs[0], out.inputs[0])
-    bpy.data.objects["Wig"].modifiers.new("Grow", "NODES").node_group = tree
+    thing.modifiers.new("Grow", "NODES").node_group = made[0].id_data
+    return thing
+
+
+def shown_by_collection(thing, build):
+    collection = bpy.data.collections.new("Wigs")
+    collection.objects.link(thing)
+    bpy.context.scene.collection.objects.unlink(thing)
+    for x in range(3):
+        empty = build.object(None, f"There {x}", (x, 0, 0))
+        empty.instance_type, empty.instance_collection = "COLLECTION", collection
+
+
+def shown_by_nodes(thing, build):
+    line, *_ = made = group("GeometryNodeMeshLine", "GeometryNodeMeshToPoints", "GeometryNodeInstanceOnPoints")
+    line.inputs["Count"].default_value = 3
+    tree = line.id_data
+    info = tree.nodes.new("GeometryNodeObjectInfo")
+    info.inputs["Object"].default_value, info.inputs["As Instance"].default_value = thing, True
+    tree.links.new(info.outputs["Geometry"], made[2].inputs["Instance"])
+    build.object(build.mesh(), "Where").modifiers.new("Show", "NODES").node_group = tree
+    thing.hide_viewport = thing.hide_render = True
+
+
+def shown_by_particles(thing, build):
+    settings = build.object(build.mesh(), "Where").modifiers.new("Show", "PARTICLE_SYSTEM").particle_system.settings
+    settings.type, settings.count, settings.frame_start, settings.frame_end = "EMITTER", 3, 1, 1
+    settings.physics_type, settings.render_type, settings.instance_object = "NO", "OBJECT", thing
+    bpy.context.scene.frame_set(2)
+    thing.hide_viewport = thing.hide_render = True
+
+
+@pytest.mark.parametrize("show", [shown_by_collection, shown_by_nodes, shown_by_particles])
+def test_instances_of_hair_curves_share_their_strands(wig, build, export, show):
+    show(wig, build)
+    description = export()
+    hair, = strands_of(description)
+    shown = [instance for instance in description.instances if description.meshes[description.objects[instance.object].mesh].name == hair.name]
+    assert len(shown) == 3 and len({tuple(instance.world_from_object) for instance in shown}) == 3
+
+
+def test_poly_curves_are_straight_as_in_cycles_since_5_0(wig, export, monkeypatch):
+    line, radius, _ = group("GeometryNodeCurvePrimitiveLine", "GeometryNodeSetCurveRadius")
+    wig.modifiers[0].node_group = line.id_data
+    for straight, shape in ((False, ajar.StrandShape.Ribbon), (True, ajar.StrandShape.Linear)):
+        monkeypatch.setattr(compat, "poly_curves_are_straight", lambda straight=straight: straight)
+        hair, = strands_of(export())
+        assert hair.strand_shape == shape
+    tree = line.id_data
+    smooth = tree.nodes.new("GeometryNodeCurveSplineType")
+    smooth.spline_type = "CATMULL_ROM"
+    tree.links.new(line.outputs[0], smooth.inputs[0])
+    tree.links.new(smooth.outputs[0], radius.inputs[0])
+    hair, = strands_of(export())
+    assert hair.strand_shape == ajar.StrandShape.Ribbon
+
+
+def test_a_million_strands_are_exported(wig, export):
+    line, *_ = made = group("GeometryNodeMeshLine", "GeometryNodeMeshToPoints", "GeometryNodeInstanceOnPoints", "GeometryNodeRealizeInstances")
+    line.inputs["Count"].default_value = 1_000_000
+    tree = line.id_data
+    tree.links.new(tree.nodes.new("GeometryNodeCurvePrimitiveLine").outputs[0], made[2].inputs["Instance"])
+    wig.modifiers[0].node_group = tree
+    hair, = strands_of(export())
+    assert len(hair.strands) == 1_000_000 and hair.strands[-1] == 1_999_998
+
+
+def test_a_wig_without_strands_is_nothing(build, export):
+    build.object(bpy.data.hair_curves.new("Hair"), "Wig")
+    assert not export().objects
+
+
+def test_hair_curves_are_strands(wig, export):
     hair, = strands_of(export())
     assert list(hair.strands) == [0]
     assert np.allclose(hair.positions, [(0, 0, 0), (0, 0, 1)])

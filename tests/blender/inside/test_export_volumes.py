@@ -1,5 +1,7 @@
 """Tests of the export of volume objects: their OpenVDB grids become bricks of voxels."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
@@ -108,6 +110,39 @@ def test_a_volume_that_a_modifier_made_is_read(build, export):
     found = [mesh for mesh in export().meshes if mesh.grids]
     assert [grid[0] for mesh in found for grid in mesh.grids] == ["density"]
     assert found[0].grids[0][3].max() > 0.5
+
+
+@pytest.mark.parametrize("way", ["collection", "particles"])
+def test_instances_of_a_volume_share_its_grids(cloud, build, export, way):
+    thing = cloud(a_grid(np.ones((2, 2, 2), dtype=np.float32)))
+    if way == "collection":
+        collection = bpy.data.collections.new("Clouds")
+        collection.objects.link(thing)
+        bpy.context.scene.collection.objects.unlink(thing)
+        for x in range(3):
+            empty = build.object(None, f"There {x}", (x, 0, 0))
+            empty.instance_type, empty.instance_collection = "COLLECTION", collection
+    else:
+        settings = build.object(build.mesh(), "Where").modifiers.new("Show", "PARTICLE_SYSTEM").particle_system.settings
+        settings.type, settings.count, settings.frame_start, settings.frame_end = "EMITTER", 3, 1, 1
+        settings.physics_type, settings.render_type, settings.instance_object = "NO", "OBJECT", thing
+        bpy.context.scene.frame_set(2)
+        thing.hide_viewport = thing.hide_render = True
+    description = export()
+    number, = (i for i, mesh in enumerate(description.meshes) if mesh.grids)
+    assert sum(description.objects[instance.object].mesh == number for instance in description.instances) == 3
+
+
+def test_a_file_that_ends_early_is_reported(cloud, export_context, tmp_path):
+    thing = cloud(a_grid(np.random.default_rng(3).random((20, 20, 20)).astype(np.float32)))
+    whole = (tmp_path / "cloud.vdb").read_bytes()
+    context = export_context()
+    # Blender 3.4 itself ends when it reads such a file, so that this is a stand-in for its data.
+    short = SimpleNamespace(filepath=str(tmp_path / "short.vdb"), packed_file=None, grids=SimpleNamespace(frame_filepath=str(tmp_path / "short.vdb")))
+    for part in (0.3, 0.75):
+        (tmp_path / "short.vdb").write_bytes(whole[:int(part * len(whole))])
+        assert volumes._read(context, vdb, thing, short) == []
+    assert [name for name, text in context.warnings if "cannot be read and the volume does not render" in text] == ["Sky", "Sky"]
 
 
 def test_missing_and_damaged_files_are_reported_and_the_rest_renders(cloud, build, warnings, tmp_path):

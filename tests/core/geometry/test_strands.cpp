@@ -16,7 +16,7 @@ using namespace fixtures;
 
 namespace {
 
-constexpr StrandShape kShapes[] = {StrandShape::Ribbon, StrandShape::Round};
+constexpr StrandShape kShapes[] = {StrandShape::Ribbon, StrandShape::Round, StrandShape::Linear};
 
 SceneDescription empty_scene() {
   SceneDescription d;
@@ -105,6 +105,34 @@ TEST(Strands, catmull_rom_interpolates_the_points_and_the_tangent_is_the_derivat
   EXPECT_FLOAT_EQ(strands->radius(3, 0.5f), 0.15f);
 }
 
+TEST(Strands, straight_pieces_have_round_joints_and_ends) {
+  const MeshDescription bent = hair({{{0, 0, 0}, {0, 0, 1}, {1, 0, 1}}, {{3, 0, 0}, {3, 0, 1}}}, 0.1f, 0.1f,
+                                    StrandShape::Linear);
+  for (const bool bakes : {true, false}) {
+    SceneDescription d = empty_scene();
+    add_object(d, bent, add_diffuse(d, Color(0.5f)));
+    const auto scene = build(d, nullptr, bakes);
+    const Vec3 along(0, 1, 0);
+    for (const float x : {0.0f, 3.0f}) {
+      EXPECT_TRUE(meets(*scene, {x, -5, -0.08f}, along));
+      EXPECT_TRUE(meets(*scene, {x + 0.06f, -5, -0.06f}, along));
+      EXPECT_FALSE(meets(*scene, {x + 0.08f, -5, -0.08f}, along));  // outside the sphere, inside its box
+      EXPECT_FALSE(meets(*scene, {x, -5, -0.11f}, along));
+    }
+    EXPECT_TRUE(meets(*scene, {-0.06f, -5, 1.06f}, along));
+    EXPECT_FALSE(meets(*scene, {-0.08f, -5, 1.08f}, along));
+    // A smooth curve would bend above the second piece.
+    for (const float x : {0.2f, 0.5f, 0.8f}) {
+      EXPECT_TRUE(meets(*scene, {x, -5, 1.09f}, along));
+      EXPECT_FALSE(meets(*scene, {x, -5, 1.11f}, along));
+      const ShadingPoint point = met(*scene, {x, -5, 1.05f}, along);
+      EXPECT_LT(glm::length(point.ns - Vec3(0, -std::sqrt(0.75f), 0.5f)), 2e-3f);
+      EXPECT_LT(glm::length(glm::normalize(point.dpdu) - Vec3(1, 0, 0)), 1e-4f);
+      EXPECT_EQ(point.primitive, 1u);
+    }
+  }
+}
+
 TEST(Strands, hits_and_normals_are_those_of_a_tube) {
   for (const StrandShape shape : kShapes) {
     SceneDescription d = empty_scene();
@@ -187,7 +215,7 @@ TEST(Strands, rays_that_leave_a_strand_do_not_hit_it_at_their_origin) {
         ShadingPoint point;
         scene->shading_point(ray, hit, point);
         Vec3 away = warp::square_to_sphere({rng.next_float(), rng.next_float()});
-        if (shape == StrandShape::Round && glm::dot(away, point.ng) < 0.0f) away = -away;
+        if (shape != StrandShape::Ribbon && glm::dot(away, point.ng) < 0.0f) away = -away;
         if (glm::length(glm::cross(glm::normalize(point.dpdu), away)) < 0.05f) continue;  // along the strand
         ++met_first;
         met_again += scene->is_blocked(scene->spawn_ray(point, away)) ? 1 : 0;
