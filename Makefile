@@ -16,7 +16,7 @@ PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all extension compat coverage manual pictures newest render lint test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
+.PHONY: all extension compat coverage manual pictures newest profile render lint test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
 all: build
 
 setup:
@@ -100,6 +100,11 @@ fuzz:
 sanitize:
 	@tools/setup.sh sanitize
 	@tools/sanitize.sh
+
+# Where the time of path tracing goes, by phase: docs/benchmarks/profile.md.
+profile: install
+	@tools/setup.sh bench
+	@/usr/bin/python3 benchmarks/profile.py --build $(BUILD)
 
 bench-check: install
 	@tools/setup.sh bench
