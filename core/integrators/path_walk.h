@@ -8,7 +8,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <type_traits>
 #include <utility>
@@ -20,6 +19,7 @@
 #include "transport/media/path_in_media.h"
 #include "transport/media/subsurface_walk.h"
 #include "transport/paths/eye_walk.h"
+#include "transport/paths/light_shares.h"
 #include "transport/paths/record.h"
 
 namespace ajar {
@@ -40,11 +40,6 @@ struct ImportantLight {
   float luminance = 0.0f;
   float of_source = 1.0f;  ///< importance of the light that is added next
 };
-
-/// Shares of diffuse, glossy and transmitted light in the scattered light; the sum is 1.
-using PathShares = std::array<Color, 3>;
-/// Where nothing is scattered (light beyond the terminator), the shares are those of the albedo.
-PathShares shares_of(const Bsdf& bsdf, const PathShares& scattered);
 
 /// Input of a path.
 struct PathStart {
@@ -374,7 +369,7 @@ class PathWalk {
       if (glm::dot(sample->wi, point.ng) < 0.0f)
         medium_.media.cross(walk_.hit, !point.backfacing, medium_.stack, medium_.counters);
     // Straight on: MIS still uses the light sample of the vertex before.
-    if (sample->flags & kTransparent) return walk_.pass_through();
+    if (sample->flags & kTransparent) return has_portal() ? pass_portal(*sample) : walk_.pass_through();
     if (at_bounce_limit_) return false;
 
     if constexpr (kParts) share_first_scattering(*sample);
@@ -391,6 +386,15 @@ class PathWalk {
     previous_.receiver_set = receiver_set(point);
     walk_.leave_along(sample->wi);
     return true;
+  }
+
+  bool has_portal() const { return scene_.has_portals() && scene_.programs()[size_t(material_)].has_portal(); }
+  /// Continues at another place, or straight through a surface that also has a portal. Shadow rays pass neither, so
+  /// light that is found from here on has its full weight.
+  [[gnu::noinline]] bool pass_portal(const BsdfSample& sample) {
+    previous_ = {.receiver_set = previous_.receiver_set};
+    if constexpr (kMedia) medium_.chose = false;
+    return walk_.pass_portal(sample);
   }
 
   [[gnu::always_inline]] std::optional<BsdfSample> sample_direction() {
@@ -410,12 +414,11 @@ class PathWalk {
 
   void share_first_scattering(const BsdfSample& sample) {
     if (walk_.point.ray_depth != 0) return;
-    const Bsdf& bsdf = walk_.shading.bsdf;
     const float passes_on = sample.flags & kTransmission ? 1.0f : 0.0f;
     if (sample.specular)
       shares_ = PathShares{Color(0.0f), Color(1.0f - passes_on), Color(passes_on)};
     else
-      shares_ = shares_of(bsdf, bsdf.f_cos_of_kinds(walk_.point.wo, sample.wi));
+      shares_ = shares_of(walk_.shading.bsdf, walk_.shading.bsdf.f_cos_of_kinds(walk_.point.wo, sample.wi));
   }
 
   /// The survival probability follows from the throughput without the guide. A direction that the guide prefers has a

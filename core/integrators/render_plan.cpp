@@ -42,7 +42,8 @@ class Planner {
     plan_.media = scene_.has_media();
     plan_.parts = integrator_.knows_parts &&
                   std::any_of(settings_.passes.begin(), settings_.passes.end(), separates_light);
-    plan_.ends_early = !plan_.media && !scene_.emission_without_lights();  // media may emit
+    // Media may emit, and light sampling does not find light behind portals.
+    plan_.ends_early = !plan_.media && !scene_.emission_without_lights() && !scene_.has_portals();
     choose_lights();
     look_at_camera();
     look_at_shaders();
@@ -110,6 +111,10 @@ class Planner {
         transparent ? "a visible material lets light straight through"
                     : "no visible material is transparent: shadow rays stop at the first hit",
         "shadow rays are shaded at each surface they pass");
+    add("ray portals", scene_.has_portals(),
+        scene_.has_portals() ? "a visible material sends rays to another place: light behind it is found by paths from "
+                               "the eye, and shadow rays end there"
+                             : "no visible material has a Ray Portal");
     const int textures = scene_.textures().decoded_count();
     add("textures", textures > 0,
         textures > 0 ? number(uint64_t(textures)) + " images decoded" : "no visible material uses an image",

@@ -35,6 +35,21 @@ bool takes_choice_of(const Scene& scene, const Learned& before, const Learned::C
          glm::length(here.eye - there.eye) < 0.1f * before.radius && glm::dot(here.direction, there.direction) > 0.9f;
 }
 
+/// Whether a visible material has a ray portal. The scene is not built yet.
+bool has_portals(const SceneDescription& d) {
+  const auto is_portal = [](const Node& node) { return node.type == "ShaderNodeBsdfRayPortal"; };
+  std::vector<bool> portals;
+  for (const MaterialDescription& material : d.materials)
+    portals.push_back(std::any_of(material.graph.nodes.begin(), material.graph.nodes.end(), is_portal));
+  if (std::find(portals.begin(), portals.end(), true) == portals.end()) return false;
+  return std::any_of(d.instances.begin(), d.instances.end(), [&](const InstanceDescription& instance) {
+    if (instance.object < 0 || size_t(instance.object) >= d.objects.size()) return false;
+    const std::vector<int>& materials = d.objects[size_t(instance.object)].materials;
+    return std::any_of(materials.begin(), materials.end(),
+                       [&](int i) { return i >= 0 && size_t(i) < portals.size() && portals[size_t(i)]; });
+  });
+}
+
 /// Gives the integrator what the previous frame has learned, and reports what it uses.
 PlanSteps use_learned(const SessionState& state, Integrator& chosen) {
   if (!state.learned) return {};
@@ -175,23 +190,30 @@ void SessionWorker::work() {
   }
 }
 
-/// Shadow catchers are rendered by path tracing, whatever technique is asked for.
-void SessionWorker::use_path_tracing_for_catchers(Job& job) {
+/// Scenes with shadow catchers or ray portals are rendered by path tracing, whatever technique is asked for.
+void SessionWorker::use_path_tracing_where_others_fail(Job& job) {
   replaced_integrator_.clear();
-  const auto built_has_catchers = [&] {
-    const auto state = state_.lock();
-    return state->scene && state->scene->catchers();
-  };
-  const bool catchers = job.description ? has_catchers(*job.description) : built_has_catchers();
   std::string& integrator = job.description ? job.description->settings.integrator : job.settings.integrator;
-  if (!catchers || integrator == "path") return;
+  if (integrator == "path") return;
+  if (job.description) {
+    replaced_because_ = has_catchers(*job.description)  ? "shadow catchers"
+                        : has_portals(*job.description) ? "ray portals"
+                                                        : "";
+  } else {
+    const auto state = state_.lock();
+    const Scene* const scene = state->scene.get();
+    replaced_because_ = scene && scene->catchers()      ? "shadow catchers"
+                        : scene && scene->has_portals() ? "ray portals"
+                                                        : "";
+  }
+  if (replaced_because_.empty()) return;
   replaced_integrator_ = find_integrator(integrator).label;
   integrator = "path";
 }
 
 void SessionWorker::run(Job job) {
   const auto start = Clock::now();
-  use_path_tracing_for_catchers(job);
+  use_path_tracing_where_others_fail(job);
   // Invalid settings are refused before anything is built.
   const RenderSettings asked = job.description ? job.description->settings : job.settings;
   auto chosen = make_integrator(asked.integrator);
@@ -237,7 +259,7 @@ void SessionWorker::build(Job& job) {
   }
   if (!replaced_integrator_.empty())
     found.push_back({Diagnostic::Severity::Warning, replaced_integrator_,
-                     "does not render shadow catchers: the scene is rendered by Path Tracing"});
+                     "does not render " + replaced_because_ + ": the scene is rendered by Path Tracing"});
   auto hints = std::make_shared<const AttachedHints>(attach_hints(*built));
   const auto state = state_.lock();
   state->diagnostics = std::move(found);

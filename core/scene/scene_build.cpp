@@ -397,6 +397,7 @@ void Scene::Builder::compile_shaders() {
   s_.programs_.push_back(ShaderProgram::compile(default_surface(), "Default Surface", *s_.textures_, diagnostics_));
   for (size_t i = 0; i < shown_by_.size(); ++i)
     s_.any_transparent_ |= shown_by_[i] >= 0 && s_.programs_[i].may_be_transparent();
+  for (size_t i = 0; i < shown_by_.size(); ++i) s_.any_portal_ |= shown_by_[i] >= 0 && s_.programs_[i].has_portal();
   s_.statistics_.transparent_shadows = s_.any_transparent_;
   for (size_t i = 0; i < d_.lights.size(); ++i) {
     s_.lamp_programs_.emplace_back();

@@ -142,6 +142,9 @@ void ScatteringBuilder::add(const Closure& closure) const {
       nodes::add_hair(out.bsdf, values.point, closure.kind == ClosureKind::HairTransmission, color, inputs,
                       closure.tangent != kNoOperand);
       break;
+    case ClosureKind::RayPortal:
+      closures::add_portal(out.bsdf, surface, color, inputs.clearcoat_normal, inputs.tangent);
+      break;
     case ClosureKind::Emission:
     case ClosureKind::CoatedEmission:
     case ClosureKind::Transparent:

@@ -20,6 +20,7 @@ namespace ajar {
 struct ShaderProgram::Data {
   std::vector<Closure> scattering, emission, transparency, holdout;
   std::vector<Closure> thin_walls;  // those of `scattering` through which light may pass straight
+  std::vector<Closure> portals;     // those of `scattering` that are ray portals, which shadow rays do not pass
   std::vector<VolumeClosure> volumes;
   std::vector<Instruction> code, emission_code, transparency_code, volume_code;
   std::vector<Instruction> displacement_code, undisplaced_code, aov_code;
@@ -148,7 +149,7 @@ void ShaderProgram::Data::divide_code(const std::vector<Instruction>& all, int v
     for (const Operand* o : closure.operands()) of_volumes.push_back(*o);
   code = needed_code(all, value_count, of_surface);
   emission_code = needed_code(all, value_count, operands_of({&emission}));
-  transparency_code = needed_code(all, value_count, operands_of({&transparency, &thin_walls}));
+  transparency_code = needed_code(all, value_count, operands_of({&transparency, &thin_walls, &portals}));
   volume_code = needed_code(all, value_count, of_volumes);
   displacement_code = needed_code(all, value_count, {displacement});
   undisplaced_code = needed_code(all, value_count, {undisplaced_normal});
@@ -172,7 +173,7 @@ void ShaderProgram::Data::divide_code(const std::vector<Instruction>& all, int v
   std::vector<Operand> of_aovs;
   for (const AovOutput& aov : aovs) of_aovs.insert(of_aovs.end(), {aov.color, aov.value});
   aov_code = ajar::aov_code(needed_code(all, value_count, of_aovs), value_count, aovs, register_count);
-  for (Closures* list : {&scattering, &emission, &transparency, &holdout, &thin_walls})
+  for (Closures* list : {&scattering, &emission, &transparency, &holdout, &thin_walls, &portals})
     assign_registers(on_surface, *list);
   displaced_normal = on_surface(displaced_normal);
   for (VolumeClosure& closure : volumes)
@@ -212,6 +213,8 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   const bool bends_normal = data.displaced_normal != kNoOperand || data.undisplaced_normal != kNoOperand;
   data.keeps_normal = bends_normal && builder.number(graph.displacement.node, "keeps_normal") != 0.0f;
   std::copy_if(data.scattering.begin(), data.scattering.end(), std::back_inserter(data.thin_walls), is_thin_wall);
+  std::copy_if(data.scattering.begin(), data.scattering.end(), std::back_inserter(data.portals),
+               [](const Closure& closure) { return closure.kind == ClosureKind::RayPortal; });
   data.tables = std::move(builder.tables);
   data.divide_code(builder.code, builder.register_count());
   for (const Instruction& i : data.volume_code)
@@ -222,7 +225,7 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
                        is_plain_diffuse(data.scattering.front());
   for (const Instruction& i : data.code)
     for (const Op op : {Op::Incoming, Op::ObjectIncoming, Op::Backfacing, Op::Fresnel, Op::LayerWeight, Op::Reflection,
-                        Op::ShadingNormal, Op::TrueNormal, Op::Bump, Op::Bevel, Op::Raycast})
+                        Op::ShadingNormal, Op::TrueNormal, Op::Bump, Op::Bevel, Op::Raycast, Op::RaycastAttribute})
       data.depends_on_view |= i.op == op;
   data.depends_on_view |= !data.undisplaced_code.empty();
   for (const Closure& closure : data.scattering) {
@@ -314,6 +317,7 @@ Color ShaderProgram::evaluate_transparency(const ShadingPoint& point) const {
         return d.with_bent_normal(point, [&](const ShadingPoint& bent) {
           run(d.transparency_code.data(), d.transparency_code.size(), d.tables, bent, registers);
           const Values values{bent, registers, d.tables.constants.data()};
+          if (!d.portals.empty() && !is_black(sum(d.portals, values))) return Color(0.0f);
           const Color total = sum(d.transparency, values);
           return d.thin_walls.empty() ? total : total + d.through_thin_walls(values);
         });
@@ -378,6 +382,7 @@ bool ShaderProgram::emission_depends_on_side() const {
              case Op::NormalMap:
              case Op::AmbientOcclusion:
              case Op::Raycast:
+             case Op::RaycastAttribute:
              case Op::Bump:
              case Op::Displacement:
              case Op::VectorDisplacement: return true;
@@ -395,6 +400,7 @@ bool ShaderProgram::has_volume() const { return data_->has_volume; }
 bool ShaderProgram::has_surface() const { return data_->has_surface; }
 bool ShaderProgram::medium_varies() const { return data_->medium_varies; }
 bool ShaderProgram::may_be_transparent() const { return data_->may_be_transparent; }
+bool ShaderProgram::has_portal() const { return !data_->portals.empty(); }
 bool ShaderProgram::scatters() const { return !data_->scattering.empty(); }
 
 bool ShaderProgram::has_subsurface() const {

@@ -83,6 +83,7 @@ class ShaderProgram {
   bool emission_depends_on_side() const;        ///< or on the direction to the eye
   bool emission_depends_on_distance() const;    ///< of the lit point: Light Falloff, Ray Length
   bool may_be_transparent() const;              ///< has a Transparent closure with a non-zero weight
+  bool has_portal() const;                      ///< has a ray portal, which lets no shadow ray pass
   bool scatters() const;                        ///< has a closure other than emission and transparency
   bool has_subsurface() const;                  ///< light can enter the surface
   bool enters_after_diffuse() const;            ///< also after a diffuse bounce

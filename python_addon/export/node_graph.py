@@ -452,6 +452,12 @@ def _hair(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Con
     return [("tilt", compat.hair_tilt())]
 
 
+def _raycast(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    """The types of the outputs for attributes at the hit. Their names are in inputs."""
+    return [(output.identifier.replace("Attribute_", "attribute_type_"), output.type) for output in node.outputs
+            if output.identifier.startswith("Attribute_") and not output.identifier.endswith("_Alpha")]
+
+
 SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Content]]]] = {
     "ShaderNodeOutputAOV": _aov,
     "ShaderNodeValue": _output_value,
@@ -480,6 +486,7 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeNewGeometry": _geometry,
     "ShaderNodeAmbientOcclusion": _distance_of_world,
     "ShaderNodeAttribute": _attribute,
+    "ShaderNodeRaycast": _raycast,
     "ShaderNodeNormalMap": _normal_map,
     "ShaderNodeTangent": _tangent,
     "ShaderNodeVolumeInfo": _volume_info,

@@ -214,13 +214,13 @@ def compare(fill: Callable[[bpy.types.Scene], None]) -> dict[str, float]:
             "ratio": float(means["AJAR"][..., :3].sum() / means["CYCLES"][..., :3].sum())}
 
 
-def main() -> None:
+def main(scenes: tuple[Callable[[bpy.types.Scene], None], ...]) -> None:
     zip_file, out = sys.argv[-2:]
     try:
         inside.install(None if zip_file == "-" else zip_file)
         bpy.context.scene.render.engine = "CYCLES"
         bpy.context.scene.view_settings.view_transform = "Raw" if "Raw" in bpy.types.ColorManagedViewSettings.bl_rna.properties["view_transform"].enum_items else "Standard"
-        Path(out).write_text(json.dumps({fill.__name__: compare(fill) for fill in SCENES}, indent=1))
+        Path(out).write_text(json.dumps({fill.__name__: compare(fill) for fill in scenes}, indent=1))
     except BaseException:
         traceback.print_exc()
         sys.stderr.flush()
@@ -229,4 +229,5 @@ def main() -> None:
     os._exit(0)
 
 
-main()
+if __name__ == "__main__":
+    main(SCENES)

@@ -233,6 +233,7 @@ std::optional<BsdfSample> Bsdf::sample_lobes(Vec3 wo, float u_lobe, Vec2 u, Tran
       result.f_cos *= importance_factor(lobe, wo_front, drawn.wi);
       if (lobe.layers != 0) result.f_cos *= layer_factor(lobe, wo_front, drawn.wi);
     }
+    if (transparent && lobe.portal) result.flags |= kPortal * uint32_t(chosen + 1);
     result.pdf_solid_angle = probability * drawn.probability;
     return result.pdf_solid_angle > 0.0f ? std::optional(result) : std::nullopt;
   }
@@ -279,8 +280,7 @@ void Bsdf::keep_lobes(Vec3 wo, Wanted&& wanted) {
   prepare(wo);
 }
 
-/// Cosine above which two specular directions are the same. Rounding moves directions near the critical angle by far
-/// more than one unit in the last place.
+/// Cosine above which two specular directions are the same. Near the critical angle, rounding moves them far.
 static constexpr float kSameDirection = 0.9998f;
 
 bool is_same_specular_direction(const BsdfSample& a, const BsdfSample& b) {

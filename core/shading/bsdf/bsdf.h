@@ -98,7 +98,8 @@ enum LobeFlags : uint32_t {
   kDiffuse = 4,
   kGlossy = 8,
   kSpecular = 16,
-  kTransparent = 32
+  kTransparent = 32,
+  kPortal = 64  ///< this bit and those above it are the number of a portal's lobe, from 1; 0: no portal
 };
 
 /// A film on facets, in which light interferes (thin_film.h).
@@ -118,6 +119,7 @@ struct Lobe {
   bool correlated = false;          ///< masking and shadowing depend on each other (Blender 4.0 and later)
   bool delta = false;               ///< value of is_delta(), set by Bsdf::add
   bool subsurface = false;          ///< represents light that enters here and leaves elsewhere (SubsurfaceMedium)
+  bool portal = false;              ///< Transparent: the ray goes on from the place f0 in the direction f90
   uint8_t layers = 0;               ///< bit mask of the Bsdf's layers that are above the lobe
   Color weight{0.0f};               ///< product of all mix factors and the closure's colour
   Color f0{1.0f}, f90{1.0f};        ///< reflectance of facets; f0 of rough Diffuse: colour of multiple scattering
@@ -164,7 +166,7 @@ struct SubsurfaceMedium {
 };
 
 struct BsdfSample {
-  Vec3 wi;
+  Vec3 wi;                ///< of a portal: straight on, see Bsdf::portal
   Color f_cos;            ///< sum over all lobes that share the density, multiplied by |cos|
   float pdf_solid_angle;  ///< of all these lobes together; the discrete probability if specular
   uint32_t flags;         ///< LobeFlags of the sampled lobe
@@ -286,7 +288,15 @@ class Bsdf {
   /// The value of `albedo`, divided in the same way.
   std::array<Color, 3> albedo_of_kinds() const;
 
-  Color transparency() const;     ///< sum of the weights of the Transparent lobes
+  Color transparency() const;  ///< sum of the weights of the Transparent lobes
+  struct Portal {
+    Vec3 position, direction;
+  };
+  /// Where a ray goes on after a sample that has the flag kPortal.
+  Portal portal(const BsdfSample& sample) const {
+    const Lobe& lobe = lobes()[sample.flags / kPortal - 1];
+    return {lobe.f0, lobe.f90};
+  }
   Color albedo() const;           ///< estimate of the fraction that is reflected or transmitted, without transparency
   Color albedo_of_sharp() const;  ///< the part of `albedo` that comes from nearly mirror-like lobes
   bool has_non_delta() const { return has_non_delta_; }

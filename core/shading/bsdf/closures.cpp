@@ -155,6 +155,15 @@ SubsurfaceMedium make_medium(const SubsurfaceInputs& inputs) {
 
 void add_transparent(Bsdf& bsdf, Color weight) { bsdf.add(make_lobe(LobeKind::Transparent, weight, bsdf.n)); }
 
+void add_portal(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 position, Vec3 direction) {
+  Lobe lobe = make_lobe(LobeKind::Transparent, weight, bsdf.n);
+  const float size = max_component(glm::abs(direction));
+  lobe.portal = true;
+  lobe.f0 = position;
+  lobe.f90 = size > 0.0f ? glm::normalize(direction / size) : -surface.wo;
+  bsdf.add(lobe);
+}
+
 void add_glossy(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, const Facets& facets,
                 const Anisotropy& anisotropy) {
   Lobe lobe = make_lobe(LobeKind::MicrofacetReflection, weight, normal);

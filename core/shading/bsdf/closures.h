@@ -21,6 +21,8 @@ void add_diffuse(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, 
                  Color albedo = Color(0.0f), bool keeps_normal = false);
 void add_translucent(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal);
 void add_transparent(Bsdf& bsdf, Color weight);
+/// The ray goes on from `position` in `direction`; straight on if the direction is zero.
+void add_portal(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 position, Vec3 direction);
 /// Roughness that differs along the tangent and across it.
 struct Anisotropy {
   Vec3 tangent{1.0f, 0.0f, 0.0f};

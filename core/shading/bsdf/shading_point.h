@@ -54,6 +54,7 @@ struct ShadingPoint {
   float time = 0.0f;
   uint32_t ray_kind = kRayCamera;
   int ray_depth = 0, diffuse_depth = 0, glossy_depth = 0, transparent_depth = 0, transmission_depth = 0;
+  int portal_depth = 0;  ///< surfaces with a ray portal that the path has passed, counted by path tracing
 };
 
 }  // namespace ajar

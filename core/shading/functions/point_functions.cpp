@@ -318,6 +318,7 @@ float light_path(const ShadingPoint& point, LightPathOutput output) {
     case LightPathOutput::GlossyDepth: return float(point.glossy_depth);
     case LightPathOutput::TransparentDepth: return float(point.transparent_depth);
     case LightPathOutput::TransmissionDepth: return float(point.transmission_depth);
+    case LightPathOutput::PortalDepth: return float(point.portal_depth);
   }
   return 0.0f;
 }

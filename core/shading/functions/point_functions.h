@@ -39,7 +39,8 @@ enum class LightPathOutput : uint8_t {
   DiffuseDepth,
   GlossyDepth,
   TransparentDepth,
-  TransmissionDepth
+  TransmissionDepth,
+  PortalDepth
 };
 enum class HairOutput : uint8_t { IsStrand, Intercept, Length, Thickness, Random };
 enum class PointOutput : uint8_t { Position, Radius, Random };

@@ -2,6 +2,8 @@
 // lights get the same value, and every position has its own rays.
 #pragma once
 
+#include <string>
+
 #include "shading/bsdf/shading_point.h"
 
 namespace ajar::nodes {
@@ -27,8 +29,16 @@ struct RaycastHit {
   Vec3 normal{0.0f};                ///< smooth, towards the origin of the ray; zero without a hit
 };
 
-/// Raycast of Blender 5.2: the nearest object on the ray from `origin`, whatever its visibility. A ray from the point itself
+struct RaycastParameters {
+  Vec3 origin, direction;
+  float length;     ///< in lengths of the direction
+  bool only_local;  ///< only the point's own object is hit
+};
+
+/// Raycast of Blender 5.2: the nearest object on the ray from the origin, whatever its visibility. A ray from the point itself
 /// does not hit the surface of the point. Nothing is found if there is no scene.
-RaycastHit raycast(const ShadingPoint& point, Vec3 origin, Vec3 direction, float length, bool only_local);
+RaycastHit raycast(const ShadingPoint& point, const RaycastParameters& parameters);
+/// The value of an attribute where the ray hits; zero without a hit. Without the attribute it is that of the node Attribute.
+Vec4 attribute_at_hit(const ShadingPoint& point, const RaycastParameters& parameters, const std::string& name);
 
 }  // namespace ajar::nodes

@@ -7,11 +7,10 @@ namespace ajar {
 
 std::string_view name_of(ClosureKind kind) {
   static constexpr std::string_view kNames[] = {
-      "Diffuse",     "Glossy",          "Glass",           "Refraction",
-      "Translucent", "Principled",      "Velvet",          "Toon",
-      "Glossy Toon", "Subsurface",      "Transparent",     "Metallic",
-      "Sheen",       "Principled Hair", "Hair Reflection", "Hair Transmission",
-      "Emission",    "Coated Emission", "Holdout"};
+      "Diffuse",           "Glossy",     "Glass",    "Refraction",      "Translucent",
+      "Principled",        "Velvet",     "Toon",     "Glossy Toon",     "Subsurface",
+      "Transparent",       "Metallic",   "Sheen",    "Principled Hair", "Hair Reflection",
+      "Hair Transmission", "Ray Portal", "Emission", "Coated Emission", "Holdout"};
   return kNames[size_t(kind)];
 }
 

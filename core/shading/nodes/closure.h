@@ -28,6 +28,7 @@ enum class ClosureKind : uint8_t {
   PrincipledHair,
   HairReflection,
   HairTransmission,
+  RayPortal,
   Emission,
   CoatedEmission,  ///< emission below the coat and the sheen of a Principled BSDF
   Holdout
@@ -48,7 +49,8 @@ struct InputPatch {
 
 /// A closure with its constant inputs. All kinds use the inputs of the Principled BSDF. The simple kinds use
 /// base_color, roughness, ior, anisotropic, anisotropic_rotation, distribution and the thin film. Emission has its
-/// strength in base_color. The closures of hair are listed in hair_closures.cpp.
+/// strength in base_color. The closures of hair are listed in hair_closures.cpp. A ray portal has its place in
+/// clearcoat_normal and its direction in tangent.
 struct Closure {
   ClosureKind kind = ClosureKind::Diffuse;
   Operand weight = 0;

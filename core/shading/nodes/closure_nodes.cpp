@@ -173,6 +173,18 @@ void transparent(ProgramBuilder& b, int node, Value weight, std::vector<Closure>
   add_colored(b, ClosureKind::Transparent, node, b.input(node, "Color", Color, Vec4(1.0f)), weight, out);
 }
 
+void ray_portal(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  const Value color = b.input(node, "Color", Color, Vec4(1.0f));
+  if (color.is_constant() && max_component(b.constant_vector(color)) <= 0.0f) return;
+  ClosureWriter w(b, node, ClosureKind::RayPortal, weight);
+  w.set(offsetof(Inputs, base_color), color, 3);
+  const Value position = b.is_linked(node, "Position") ? b.input(node, "Position", Vector)
+                                                       : b.emit(Op::Position, Vector, {});
+  w.set(offsetof(Inputs, clearcoat_normal), position, 3);
+  w.set(offsetof(Inputs, tangent), b.input(node, "Direction", Vector, Vec4(0.0f)), 3);
+  out.push_back(std::move(w.closure));
+}
+
 void emission(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
   const Value strength = b.input(node, "Strength", Float, Vec4(1.0f));
   if (strength.is_constant() && b.constant_value(strength) <= 0.0f) return;
@@ -293,6 +305,7 @@ constexpr ClosureType kNodes[] = {
     {"ShaderNodeBsdfHair", hair},
     {"ShaderNodeBsdfHairPrincipled", principled_hair},
     {"ShaderNodeSubsurfaceScattering", subsurface},
+    {"ShaderNodeBsdfRayPortal", ray_portal},
     {"ShaderNodeEmission", emission},
     {"ShaderNodeBackground", emission},
     {"ShaderNodeHoldout", holdout},

@@ -164,16 +164,15 @@ bool object_info(ProgramBuilder& b, int, std::string_view output, Value& value) 
 
 bool light_path_node(ProgramBuilder& b, int, std::string_view output, Value& value) {
   static constexpr std::string_view kOutputs[] = {
-      "Is Camera Ray",     "Is Shadow Ray",       "Is Diffuse Ray",        "Is Glossy Ray",     "Is Singular Ray",
-      "Is Reflection Ray", "Is Transmission Ray", "Is Volume Scatter Ray", "Ray Length",        "Ray Depth",
-      "Diffuse Depth",     "Glossy Depth",        "Transparent Depth",     "Transmission Depth"};
+      "Is Camera Ray",     "Is Shadow Ray",       "Is Diffuse Ray",        "Is Glossy Ray",      "Is Singular Ray",
+      "Is Reflection Ray", "Is Transmission Ray", "Is Volume Scatter Ray", "Ray Length",         "Ray Depth",
+      "Diffuse Depth",     "Glossy Depth",        "Transparent Depth",     "Transmission Depth", "Portal Depth"};
   for (int i = 0; i < int(std::size(kOutputs)); ++i) {
     if (output != kOutputs[i]) continue;
     value = b.emit(Op::LightPath, Float, {}, i);
     return true;
   }
-  value = b.constant(0.0f);  // no path passes a portal, because Ray Portals are not rendered
-  return output == "Portal Depth";
+  return false;
 }
 
 bool light_falloff(ProgramBuilder& b, int node, std::string_view output, Value& value) {
@@ -246,12 +245,35 @@ bool bevel_node(ProgramBuilder& b, int node, std::string_view output, Value& val
   return output == "Normal";
 }
 
+/// Output of Raycast: "Attribute_N" or "Attribute_N_Alpha", whose attribute is named by the input "Value_N".
+constexpr std::string_view kAttributeAtHit = "Attribute_";
+
+/// `which`: the rest of the name of the output. The exporter states the type of the socket.
+bool raycast_attribute(ProgramBuilder& b, int node, std::string_view which, const std::array<Value, 3>& ray,
+                       int only_local, Value& value) {
+  const std::string_view number = which.substr(0, which.find('_'));
+  const std::string_view name = b.text(node, "Value_" + std::string(number));
+  const Value whole = b.emit(Op::RaycastAttribute, Color, {ray[0], ray[1], ray[2]}, only_local, b.add_name(name));
+  const std::string_view type = b.text(node, "attribute_type_" + std::string(number));
+  if (which != number)
+    value = b.part(whole, 3);
+  else if (type == "VALUE")
+    value = b.convert({Vector, whole.at}, Float);
+  else
+    value = {type == "VECTOR" ? Vector : Color, whole.at};
+  return true;
+}
+
 bool raycast_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const Value position = b.is_linked(node, "Position") ? b.input(node, "Position", Vector)
                                                        : b.emit(Op::Position, Vector, {});
   const Value direction = b.is_linked(node, "Direction") ? b.input(node, "Direction", Vector) : b.surface_normal();
-  const Value hit = b.emit(Op::Raycast, Vector, {position, direction, b.input(node, "Length", Float, Vec4(1.0f))},
-                           b.number(node, "only_local") != 0.0f);
+  const Value length = b.input(node, "Length", Float, Vec4(1.0f));
+  const int only_local = b.number(node, "only_local") != 0.0f;
+  if (output.starts_with(kAttributeAtHit))
+    return raycast_attribute(b, node, output.substr(kAttributeAtHit.size()), {position, direction, length}, only_local,
+                             value);
+  const Value hit = b.emit(Op::Raycast, Vector, {position, direction, length}, only_local);
   const Value found = b.part(hit, 0), distance = b.part(hit, 2);
   if (output == "Is Hit")
     value = found;

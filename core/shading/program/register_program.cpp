@@ -354,13 +354,16 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
         break;
       }
       case Op::Raycast: {  // position, direction, length; variant: only local
-        const nodes::RaycastHit hit = nodes::raycast(point, v(0), v(1), f(2), i->variant != 0);
+        const nodes::RaycastHit hit = nodes::raycast(point, {v(0), v(1), f(2), i->variant != 0});
         out[0] = hit.found ? 1.0f : 0.0f;
         out[1] = hit.own ? 1.0f : 0.0f;
         out[2] = hit.distance;
         for (int k = 0; k < 3; ++k) out[3 + k] = hit.normal[k];
         break;
       }
+      case Op::RaycastAttribute:
+        store4(nodes::attribute_at_hit(point, {v(0), v(1), f(2), i->variant != 0}, tables.names[i->data]));
+        break;
       case Op::Bevel: store3(nodes::bevelled_normal(point, f(0), int(i->data))); break;
       case Op::Wireframe:
         *out = nodes::is_near_edge(point, i->variant ? f(0) * nodes::pixel_width(point, tables.bump) : f(0)) ? 1.0f

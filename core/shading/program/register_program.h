@@ -62,6 +62,7 @@ constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 
   OP(LightPath, 1, true) OP(LightFalloff, 1, true) OP(Fresnel, 1, true) OP(LayerWeight, 1, true)                      \
   OP(NormalMap, 3, true) OP(VectorTransform, 3, true) OP(Wireframe, 1, true) OP(HairInfo, 1, true)                    \
   OP(HairTangentNormal, 3, true) OP(PointInfo, 3, true) OP(AmbientOcclusion, 1, true) OP(Bevel, 3, true) OP(Raycast, 6, true)                \
+  OP(RaycastAttribute, 4, true)                                                                                       \
   OP(Bump, 3, true) OP(Displacement, 3, true) OP(VectorDisplacement, 3, true)
 // clang-format on
 

@@ -84,6 +84,19 @@ class EyeWalk {
     ray = scene_.straight_on(point, ray, hit.t);
     return true;
   }
+  /// Continues through a surface with a ray portal by a sample of a Transparent lobe: at another place, or straight on.
+  bool pass_portal(const BsdfSample& sample) {
+    constexpr float kSamePlace = 1e-9f;  // squared
+    ++point.portal_depth;
+    if (sample.flags < kPortal) return pass_through();
+    if (++point.transparent_depth > scene_.settings().bounces.transparent) return false;
+    const Bsdf::Portal portal = shading.bsdf.portal(sample);
+    ray = scene_.spawn_ray(point, portal.direction);
+    if (length_squared(portal.position - point.position) <= kSamePlace) return true;
+    ray.origin = portal.position;
+    ray.strand = Ray().strand;
+    return true;
+  }
   /// Continues straight through a surface that only encloses a volume. It is not counted at all.
   void pass_uncounted() { ray = scene_.straight_on(point, ray, hit.t); }
   /// Continues in a sampled direction. `count_bounce` has been called before.

@@ -1,4 +1,5 @@
-"""Light linking, shadow linking and shadow catchers, which Blender 3.4 has not or only in part, compared with Cycles of a newer Blender."""
+"""Light linking, shadow linking, shadow catchers, ray portals and attributes at the hits of Raycast, which Blender 3.4 has not or only in part, compared with
+Cycles of a newer Blender."""
 
 from __future__ import annotations
 
@@ -11,14 +12,15 @@ import compatibility
 import pytest
 
 
+@pytest.mark.parametrize("script", ["linking_inside.py", "portals_inside.py"])
 @pytest.mark.parametrize("version", ["4.2.23", "5.2.3"])
-def test_linked_lights_and_catchers_are_those_of_cycles(zips, tmp_path, version):
+def test_features_of_newer_blenders_are_those_of_cycles(zips, tmp_path, version, script):
     try:
         blender = compatibility.wheel(version, zips[0])
     except compatibility.Unavailable as reason:
         pytest.skip(f"not tried in Blender {version}: {reason}")
     out = tmp_path / "differences.json"
-    result = subprocess.run([blender.command[0], Path(__file__).with_name("linking_inside.py"), zips[0], out], text=True, stdout=subprocess.PIPE,
+    result = subprocess.run([blender.command[0], Path(__file__).with_name(script), zips[0], out], text=True, stdout=subprocess.PIPE,
                             stderr=subprocess.STDOUT, env=os.environ | {"BLENDER_USER_RESOURCES": str(tmp_path / "profile")}, timeout=600, check=False)
     assert out.is_file(), result.stdout
     differences = json.loads(out.read_text())
