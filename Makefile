@@ -16,7 +16,7 @@ PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all extension compat coverage manual pictures newest profile render lint test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
+.PHONY: all farm-test extension compat coverage manual pictures newest profile render lint test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
 all: build
 
 setup:
@@ -66,6 +66,10 @@ coverage: extension install
 # The tests with a window in the newest Blender of Debian, in a folder of its own. Needs root.
 newest:
 	@tools/newest.sh
+
+# The farm on a Slurm cluster of one node, which is started for it and stopped again. Needs root.
+farm-test: install
+	@tools/farm/test.sh $(BUILD)
 
 agreement: install
 	@tools/setup.sh test

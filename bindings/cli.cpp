@@ -3,10 +3,14 @@
 // option (settings_table.h) and overrides that of the file.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iostream>
+#include <optional>
 #include <sstream>
 
 #include "description/archive.h"
@@ -106,45 +110,112 @@ void add_options(CLI::App& app, Changes& changes, const std::string& prefix,
   }
 }
 
-/// Merges renders of one frame from several machines: OUTPUT, MERGED, and the checkpoints.
-void merge_files(const std::vector<std::string>& files) {
-  Checkpoint all = load_checkpoint(files[2]);
-  for (size_t i = 3; i < files.size(); ++i) all = merge(all, load_checkpoint(files[i]));
-  save_checkpoint(all, files[1]);
+struct Files {
+  std::string scene, output, statistics, checkpoint, resume, continued;
+  double interval = 30.0;
+  std::optional<uint32_t> first_sample;
+  bool keep_going = false, identity = false;
+};
+
+/// Merges renders of one frame from several machines, one after another: OUTPUT, MERGED, and the checkpoints.
+int merge_files(const std::vector<std::string>& paths, bool keep_going) {
+  CheckpointMerger merger;
+  size_t left_out = 0;
+  for (size_t i = 2; i < paths.size(); ++i) try {
+      merger.add(load_checkpoint(paths[i]));
+    } catch (const SceneError& error) {
+      if (!keep_going) throw SceneError(paths[i] + ": " + error.what());
+      ++left_out;
+      std::cerr << "left out: " << paths[i] << ": " << error.what() << "\n";
+    }
+  if (merger.empty()) throw SceneError("There is no checkpoint to merge.");
+  const std::string why_not_exact = merger.why_not_exact();
+  const Checkpoint all = merger.finish();
+  save_checkpoint(all, paths[1]);
   const auto combined = all.passes.find("Combined");
   if (combined != all.passes.end())
-    write_image(files[0], {all.region[2] - all.region[0], all.region[3] - all.region[1], 4, combined->second});
-  std::cout << all.samples << " samples per pixel of " << all.seeds.size() << " renders\n";
+    write_image(paths[0], {all.region[2] - all.region[0], all.region[3] - all.region[1], 4, combined->second});
+  const size_t renders = paths.size() - 2 - left_out;
+  std::cout << all.samples << " samples per pixel of " << renders << (renders == 1 ? " render\n" : " renders\n");
+  if (left_out > 0) std::cout << left_out << " left out\n";
+  if (all.ranges.empty() || why_not_exact.empty()) return 0;
+  std::cout << "merged by means: " << why_not_exact << "\n";
+  return 0;
 }
 
-struct Files {
-  std::string scene, output, statistics, checkpoint, resume;
-};
+/// Set by the signals by which systems and schedulers end a process before they kill it.
+volatile std::sig_atomic_t ended_by = 0;
+
+/// The checkpoint to continue from; none: the render starts from its beginning. A damaged one is moved away.
+std::optional<Checkpoint> checkpoint_to_continue(const Files& files) {
+  if (!files.resume.empty()) return load_checkpoint(files.resume);
+  std::error_code ignored;
+  if (files.continued.empty() || !std::filesystem::exists(files.continued, ignored)) return std::nullopt;
+  try {
+    return load_checkpoint(files.continued);
+  } catch (const SceneError& error) {
+    std::cerr << error.what() << " It is moved to " << files.continued << ".damaged; the render starts again.\n";
+    std::filesystem::rename(files.continued, files.continued + ".damaged");
+    return std::nullopt;
+  }
+}
+
+/// Returns false, with a message, if it cannot be written. The file that was there remains.
+bool write_checkpoint(const Session& session, uint64_t scene, const std::string& path) {
+  auto checkpoint = session.checkpoint();
+  if (!checkpoint) return true;
+  checkpoint->scene = scene;
+  try {
+    save_checkpoint(*checkpoint, path);
+  } catch (const SceneError& error) {
+    std::cerr << "\najar-render: " << error.what() << "\n";
+    return false;
+  }
+  return true;
+}
+
+/// Waits until the render is done, cancelled or failed, and writes checkpoints.
+void follow(Session& session, const Files& files, uint64_t scene) {
+  using Clock = std::chrono::steady_clock;
+  auto next = Clock::now() + std::chrono::duration<double>(files.interval);
+  if (!files.checkpoint.empty()) session.checkpoint();  // from now on, the session keeps one
+  while (!session.wait(0.25)) {
+    if (ended_by != 0) session.cancel();
+    const Progress progress = session.progress();
+    std::fprintf(stderr, "\r%-40s %5.1f %%  %.0f samples", progress.step.c_str(), 100.0 * double(progress.fraction),
+                 progress.samples);
+    if (files.checkpoint.empty() || Clock::now() < next) continue;
+    write_checkpoint(session, scene, files.checkpoint);
+    next = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(files.interval));
+  }
+  std::fputc('\n', stderr);
+}
 
 /// The exit code.
 int render(const Files& files, const Changes& changes) {
   SceneDescription description = load_description(files.scene);
   for (const auto& change : changes) change(description.settings);
+  if (files.identity) {
+    std::cout << "{\"version\": \"" << AJAR_VERSION << "\", \"scene\": " << fingerprint(description)
+              << ", \"view\": " << view_fingerprint(description.camera, description.settings) << "}\n";
+    return 0;
+  }
   const uint64_t scene = files.checkpoint.empty() && files.resume.empty() ? 0 : fingerprint(description);
   Session session;
-  if (!files.resume.empty()) session.resume(load_checkpoint(files.resume), scene);
+  if (auto from = checkpoint_to_continue(files)) session.resume(std::move(*from), scene);
+  if (files.first_sample) session.begin_at(*files.first_sample);
+  if (!files.checkpoint.empty())
+    for (const int signal : {SIGTERM, SIGINT}) std::signal(signal, [](int number) { ended_by = number; });
   session.start(std::move(description));
-  while (!session.wait(0.25)) {
-    const Progress progress = session.progress();
-    std::fprintf(stderr, "\r%-40s %5.1f %%  %.0f samples", progress.step.c_str(), 100.0 * double(progress.fraction),
-                 progress.samples);
-  }
-  std::fputc('\n', stderr);
+  follow(session, files, scene);
   for (const Diagnostic& diagnostic : session.diagnostics())
     std::cerr << diagnostic.object << ": " << diagnostic.message << "\n";
   if (const std::string error = session.take_error(); !error.empty()) {
     std::cerr << "ajar-render: " << error << "\n";
     return 1;
   }
-  if (auto checkpoint = files.checkpoint.empty() ? std::nullopt : session.checkpoint()) {
-    checkpoint->scene = scene;
-    save_checkpoint(*checkpoint, files.checkpoint);
-  }
+  if (!files.checkpoint.empty() && !write_checkpoint(session, scene, files.checkpoint)) return 1;
+  if (ended_by != 0) return 128 + ended_by;
   write_image(files.output, {session.width(), session.height(), 4, session.snapshot("Combined")});
   if (!files.statistics.empty()) std::ofstream(files.statistics) << session.statistics_json() << "\n";
   return 0;
@@ -159,9 +230,24 @@ int run(int argc, char** argv) {
   app.add_option("files", paths, "SCENE.ajar OUTPUT.exr|.png, or with --merge: OUTPUT.exr|.png MERGED A B ...")
       ->required();
   app.add_flag("--merge", merges, "Merge the checkpoints A, B, ... of one frame into the checkpoint MERGED");
+  app.add_flag("--keep-going", files.keep_going,
+               "With --merge: leave out checkpoints that are damaged or do not fit, and say so");
+  app.add_flag("--identity", files.identity,
+               "Render nothing: print what checkpoints of this scene with these settings have in common, as JSON");
   app.add_option("--stats", files.statistics, "Write the statistics of the render to this file, as JSON");
-  app.add_option("--checkpoint", files.checkpoint, "Write a checkpoint of the render to this file");
-  app.add_option("--resume", files.resume, "Continue from this checkpoint");
+  auto* checkpoint = app.add_option("--checkpoint", files.checkpoint,
+                                    "Write a checkpoint to this file from time to time, at the end, and when the "
+                                    "render is terminated (SIGTERM, SIGINT)");
+  app.add_option("--checkpoint-interval", files.interval, "Seconds between two checkpoints")
+      ->check(CLI::Range(0.0, 1e6));
+  auto* resume = app.add_option("--resume", files.resume, "Continue from this checkpoint");
+  app.add_option("--continue", files.continued,
+                 "Both --checkpoint and, if the file exists and is whole, --resume; a damaged one is moved away")
+      ->excludes(checkpoint, resume);
+  app.add_option("--first-sample", files.first_sample,
+                 "The number of the first sample of each pixel. Renders of other ranges with the same seed are merged "
+                 "to the image of one render, bit for bit. Where samples depend on each other, the number gives the "
+                 "render a seed of its own instead");
   Changes changes;
   add_options<RenderSettings>(app, changes, "", [](RenderSettings& settings) -> RenderSettings& { return settings; });
   try {
@@ -172,10 +258,8 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kUsageError;
   }
-  if (merges) {
-    merge_files(paths);
-    return 0;
-  }
+  if (merges) return merge_files(paths, files.keep_going);
+  if (!files.continued.empty()) files.checkpoint = files.continued;
   files.scene = paths[0];
   files.output = paths[1];
   return render(files, changes);

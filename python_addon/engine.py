@@ -135,7 +135,10 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             expected = denoise.expected_seconds(settings.width * settings.height, settings.seconds, settings.threads)
             settings.seconds = max(0.5 * settings.seconds, settings.seconds - expected)
         if options.dump_scene is not None:
-            ajar.save_description(exported.description, self._of_view(options.dump_scene))
+            path = headless.of_frame(options.dump_scene, depsgraph.scene.frame_current)
+            ajar.save_description(exported.description, self._of_view(path))
+            if options.dump_only:
+                return
 
         noise_target = settings.target_error   # starting the session empties the description
         hint_points = hints.points_of(exported.description)

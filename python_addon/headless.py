@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import functools
 import os
+import re
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
@@ -45,6 +46,7 @@ class Options:
     checkpoint: Path | None = None
     resume: Path | None = None
     dump_scene: Path | None = None
+    dump_only: bool = False
 
 
 class _Parser(argparse.ArgumentParser):
@@ -113,6 +115,7 @@ READERS: dict[str, Callable[[str], object]] = {name: reader for name, (_, reader
     "threads": _number(int, 0, 1024),
     "stats": _file,
     "dump-scene": _file,
+    "dump-only": _on_or_off,
     "checkpoint": _file,
     "resume": _existing,
 }
@@ -144,6 +147,11 @@ def parse(argv: Sequence[str]) -> Options:
     settings = {prop: vars(found)[name.replace("-", "_")] for name, (prop, _) in SETTING_READERS.items()}
     given = {prop: value for prop, value in settings.items() if value is not None}
     return Options(settings=given, **{of.name: vars(found)[of.name] for of in fields(Options) if of.name != "settings"})
+
+
+def of_frame(path: Path, frame: int) -> Path:
+    """The path with the number of the frame in place of the last run of "#" in its name, as in Blender; the same path without one."""
+    return path.with_name(re.sub(r"#+(?=[^#]*$)", lambda run: f"{frame:0{len(run[0])}}", path.name))
 
 
 def current() -> Options:

@@ -1,9 +1,9 @@
 #include "denoise/open_image_denoise.h"
 
-#include <dlfcn.h>
-
 #include <mutex>
 #include <stdexcept>
+
+#include "platform/platform.h"
 
 namespace ajar {
 
@@ -45,7 +45,7 @@ Loaded& loaded() {
 
 template <class Function>
 void find(void* library, const char* name, Function& function) {
-  function = reinterpret_cast<Function>(dlsym(library, name));
+  function = reinterpret_cast<Function>(platform::find_function(library, name));
   if (function == nullptr) throw std::runtime_error(std::string("Open Image Denoise has no function ") + name + ".");
 }
 
@@ -73,8 +73,7 @@ void OpenImageDenoise::load(const std::string& file) {
   Loaded& l = loaded();
   const std::lock_guard lock(l.mutex);
   if (l.done) return;
-  void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (library == nullptr) throw std::runtime_error(dlerror());
+  void* library = platform::load_library(file);
   Interface& f = l.functions;
   find(library, "oidnNewDevice", f.new_device);
   find(library, "oidnSetDeviceInt", f.set_device_int);

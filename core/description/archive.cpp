@@ -382,6 +382,15 @@ uint64_t fingerprint(const SceneDescription& description) {
   return hasher.state;
 }
 
+uint64_t view_fingerprint(const CameraDescription& camera, const RenderSettings& settings) {
+  Hasher hasher;
+  auto& c = const_cast<CameraDescription&>(camera);
+  auto& s = const_cast<RenderSettings&>(settings);
+  all(hasher, c, s.filter, s.filter_width, s.transparent_film, s.bounces, s.clamp_direct, s.clamp_indirect, s.mist,
+      s.pass_alpha_threshold, s.ao_distance);
+  return hasher.state;
+}
+
 uint64_t fingerprint(const NodeGraph& graph) {
   Hasher hasher;
   visit(hasher, const_cast<NodeGraph&>(graph));

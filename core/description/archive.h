@@ -19,6 +19,9 @@ SceneDescription load_description(const std::string& path);
 /// A hash of everything but the camera and the settings; the settings of caustics and of the bump terminator are
 /// included. Scenes with equal hashes give equal images with the same camera. A shared mesh is hashed by its address.
 uint64_t fingerprint(const SceneDescription& description);
+/// A hash of the camera and of the settings that define the image: filter, bounces, clamping, passes' parameters. How the
+/// image is estimated is not in it: samples, seed, technique.
+uint64_t view_fingerprint(const CameraDescription& camera, const RenderSettings& settings);
 uint64_t fingerprint(const NodeGraph& graph);
 uint64_t fingerprint(const MaterialDescription& material);
 uint64_t fingerprint(const ColorDescription& color);

@@ -126,7 +126,7 @@ uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool spla
 uint64_t Film::memory_bytes() const {
   uint64_t bytes = pixels_.size() * sizeof(Pixel) + aux_.size() * sizeof(AuxPixel) +
                    guides_.size() * sizeof(GuidePixel) + parts_.size() * sizeof(PartsPixel) +
-                   goals_.size() * sizeof(uint32_t) + caught_.memory_bytes() + extra_.memory_bytes();
+                   goals_.size() * sizeof(uint32_t) + caught_.memory_bytes() + extra_.memory_bytes() + lost_bytes();
   if (splats_) bytes += pixels_.size() * sizeof(SplatPixel);
   for (const PendingSplats& pending : pending_) bytes += pending.pixels ? pixels_.size() * sizeof(PendingPixel) : 0;
   for (const Remembered& one : remembered_)
@@ -134,16 +134,30 @@ uint64_t Film::memory_bytes() const {
   return bytes;
 }
 
+/// Depth and position cannot be averaged across an edge. The first sample is used for the pixel, as in Cycles.
+void Film::add_first(AuxPixel& pixel, const SampleAux& aux) {
+  if (pixel.has_first) return;
+  pixel.depth = double(aux.depth);
+  for (int c = 0; c < 3; ++c) pixel.position[c] = double(aux.position[c]);
+  pixel.object_index = aux.object_index;
+  pixel.material_index = aux.material_index;
+  pixel.has_first = true;
+}
+
 bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux* aux) {
   const size_t index = index_of(x, y);
   Pixel& pixel = pixels_[index];
-  const uint32_t number = pixel.count;
+  const uint32_t number = first_sample_ + pixel.count;
   const bool odd = number & 1;
   ++pixel.count;  // a refused sample counts as a black one; leaving it out would bias the mean
   if (odd) ++pixel.half_count;
   if (!is_finite(radiance)) {
     refused_.fetch_add(1, std::memory_order_relaxed);
     return false;
+  }
+  if (lost_) [[unlikely]] {
+    add_sample_exactly(index, odd, radiance, alpha, aux);
+    return true;
   }
   for (int c = 0; c < 3; ++c) {
     pixel.sum[c] += double(radiance[c]);
@@ -156,14 +170,7 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
   if (aux && aux->extras) extra_.add(index, *aux->extras);
   if (aux && !aux_.empty()) {
     AuxPixel& a = aux_[index];
-    // Depth and position cannot be averaged across an edge. The first sample is used for the pixel, as in Cycles.
-    if (!a.has_first) {
-      a.depth = double(aux->depth);
-      for (int c = 0; c < 3; ++c) a.position[c] = double(aux->position[c]);
-      a.object_index = aux->object_index;
-      a.material_index = aux->material_index;
-      a.has_first = true;
-    }
+    add_first(a, *aux);
     for (int c = 0; c < 3; ++c) {
       a.normal[c] += double(aux->normal[c]);
       a.uv[c] += double(aux->uv[c]);
@@ -195,6 +202,10 @@ void Film::add_parts(int x, int y, const SampleParts& parts) {
   const size_t index = index_of(x, y);
   if (!parts.groups.empty()) extra_.add_groups(index, parts.groups);
   if (parts_.empty()) return;
+  if (lost_) [[unlikely]] {
+    add_parts_exactly(index, parts);
+    return;
+  }
   PartsPixel& p = parts_[index];
   for (int c = 0; c < 3; ++c) {
     p.emission[c] += double(parts.emission[c]);
@@ -270,7 +281,10 @@ void Film::end_splats(double scale) {
             if (const auto carried = pending.carried.find((2 * i + size_t(half)) * 3 + size_t(c));
                 carried != pending.carried.end())
               sum += __int128(carried->second) * kCarried;
-          splats_[i].sum[half][c] += double(sum) / kSplatRanges[range].units;
+          if (lost_)
+            add_splats_exactly(i, half, c, sum, kSplatRanges[range].units);
+          else
+            splats_[i].sum[half][c] += double(sum) / kSplatRanges[range].units;
         }
     pending.carried.clear();
   }

@@ -23,6 +23,7 @@
 #include "film/caught_light.h"
 #include "film/early_samples.h"
 #include "film/extra_passes.h"
+#include "film/film_sums.h"
 #include "math/types.h"
 
 namespace ajar {
@@ -95,6 +96,15 @@ class Film {
   /// Adds one sample of pixel (x, y) of the full frame. Different pixels may be written by different threads. Returns
   /// false, and counts the sample as refused, if it is not finite.
   bool add_sample(int x, int y, Color radiance, float alpha, const SampleAux* aux);
+  /// Before the first sample: the samples of a pixel have the numbers from `first` on. Other renders have those before.
+  void begin_at(uint32_t first) { first_sample_ = first; }
+  /// Before the first sample: keeps what sums lose by rounding (film/film_sums.h). Returns false if a pass is asked for
+  /// whose sums are not kept: those of ExtraPasses, and shadow catchers.
+  bool keep_exact_sums();
+  /// The sums so far; without pixels if they are not kept exactly.
+  FilmSums sums() const;
+  /// Continues from these sums. Throws std::invalid_argument if they are those of other passes.
+  void set_sums(const FilmSums& sums);
   /// Adds the parts of the latest sample of this pixel.
   void add_parts(int x, int y, const SampleParts& parts);
   /// For a scene with shadow catchers: "Combined" is then the composite with them. Must be called before the first sample.
@@ -103,10 +113,10 @@ class Film {
   /// Adds the latest sample of this pixel to the composite.
   void add_caught(int x, int y, const CaughtSample& sample) {
     const size_t index = index_of(x, y);
-    caught_.add(index, sample, (pixels_[index].count & 1) == 0);  // the count includes this sample
+    caught_.add(index, sample, ((first_sample_ + pixels_[index].count) & 1) == 0);  // the count includes this sample
   }
-  /// Number of samples of this pixel of the full frame so far; it is the index of the next sample.
-  uint32_t samples_of(int x, int y) const { return pixels_[index_of(x, y)].count; }
+  /// The index of the next sample of this pixel of the full frame: the number of its samples, if the first one is 0.
+  uint32_t samples_of(int x, int y) const { return first_sample_ + pixels_[index_of(x, y)].count; }
   /// Sets the goal of each pixel, in the order of the film; empty: the same for all. The luminances of samples up to
   /// the maximum goal are summed in `early_samples`.
   void set_goals(std::vector<uint32_t> goals);
@@ -185,6 +195,25 @@ class Film {
     std::mutex carrying;
     std::map<size_t, int64_t> carried;  ///< carry table: the index of a sum, and how often 2^62 was moved out of it
   };
+  struct Lost;
+  struct LostDeleter {
+    void operator()(Lost* lost) const;
+  };
+  template <class Entry>
+  static double* numbers_of(Entry& entry);
+  template <class Entry>
+  static void add_numbers(Entry& sums, Entry& lost, Entry& more, size_t count);
+  template <class Entry, class Entries>
+  static void read_table(FilmSums::Table& table, const Entries& entries, const std::vector<Entry>& lost, size_t count,
+                         size_t width);
+  template <class Entry, class Entries>
+  static void write_table(const FilmSums::Table& table, Entries& entries, std::vector<Entry>& lost, size_t count,
+                          size_t width);
+  static void add_first(AuxPixel& pixel, const SampleAux& aux);
+  void add_sample_exactly(size_t index, bool odd, Color radiance, float alpha, const SampleAux* aux);
+  void add_parts_exactly(size_t index, const SampleParts& parts);
+  void add_splats_exactly(size_t index, int half, int channel, __int128 sum, double units);
+  uint64_t lost_bytes() const;
   PendingSplats& pending_of(float largest, double& units);
   static void carry(PendingSplats& splats, size_t index, bool odd, int channel);
   size_t index_of(int x, int y) const { return size_t(y - y0_) * size_t(width()) + size_t(x - x0_); }
@@ -219,6 +248,8 @@ class Film {
   std::vector<AuxPixel> aux_;
   std::vector<GuidePixel> guides_;
   std::vector<PartsPixel> parts_;
+  std::unique_ptr<Lost, LostDeleter> lost_;  ///< null: sums are not kept exactly
+  uint32_t first_sample_ = 0;
   static constexpr size_t kMaxRemembered = 3;
   std::vector<Remembered> remembered_;  // in the order of time
   std::vector<uint32_t> goals_;

@@ -38,6 +38,12 @@ class Bdpt final : public Integrator {
     filter_ = PixelFilter(scene_->settings().filter, scene_->settings().filter_width);
   }
 
+  bool begin_at(uint32_t first) override {
+    if (merging_.active() || (hints_ && !hints_->hints.empty())) return false;
+    samples_done_ = first;
+    return true;
+  }
+
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     film.enable_splats();
     if (!space_) begin(film, stop);

@@ -70,6 +70,9 @@ class Integrator {
   virtual std::vector<LearnedPart> begin_with(const Learned& /*learned*/) { return {}; }
   /// Called when this frame is complete: adds what the next frame can start with.
   virtual void hand_on(Learned& /*learned*/) {}
+  /// Called after `prepare`: the samples of this render have the numbers from `first` on, in a film that begins at the
+  /// same one. Returns false, and changes nothing, if samples depend on those before them.
+  virtual bool begin_at(uint32_t /*first*/) { return false; }
   /// Called after `prepare`.
   virtual GoalSupport goal_support() const { return {}; }
   /// Adds `samples_per_pixel` samples per pixel (on average) to the film. Returns early when `stop` is set; every pixel

@@ -71,6 +71,12 @@ class PathTracer final : public Integrator {
     guiding_ = plan.guiding;
   }
 
+  bool begin_at(uint32_t first) override {
+    if (wants_guide() || (mixture_ && (mixture_->learns() || mixture_->wants_pilot()))) return false;
+    samples_done_ = first;
+    return true;
+  }
+
   std::vector<LearnedPart> begin_with(const Learned& learned) override {
     std::vector<LearnedPart> parts;
     if (learned.guide || wants_guide())

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 
 namespace ajar {
 
@@ -15,8 +14,5 @@ inline Clock::duration seconds_of(double seconds) {
 inline double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
-
-/// CPU time of all threads of the process so far.
-inline double process_cpu_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 }  // namespace ajar

@@ -1,8 +1,8 @@
 #include "render/report.h"
 
-#include <sys/resource.h>
-
 #include <nlohmann/json.hpp>
+
+#include "platform/platform.h"
 
 namespace ajar {
 
@@ -42,11 +42,12 @@ void add_render(const SessionState& d, json& j) {
   j["image"] = name_of(d.settings.image);
   j["seeds"] = d.base ? d.base->seeds : std::vector<uint32_t>{};
   if (d.film) j["seeds"].push_back(d.seed);
-  if (d.base)
-    j["resumed"] = {{"samples", d.base->samples},
-                    {"seconds", d.base->seconds},
-                    {"rays", d.base->rays},
-                    {"refused_samples", d.base->refused}};
+  if (d.range) j["first_sample"] = d.range->first;
+  if (const auto& before = d.base ? d.base : d.continued)
+    j["resumed"] = {{"samples", before->samples},
+                    {"seconds", before->seconds},
+                    {"rays", before->rays},
+                    {"refused_samples", before->refused}};
   j["threads"] = d.threads;
   j["frames_before"] = d.learned ? d.learned->frames : 0;
   j["resolution"] = {d.settings.width, d.settings.height};
@@ -54,9 +55,7 @@ void add_render(const SessionState& d, json& j) {
   j["pilot_seconds"] = d.pilot_seconds;
   j["render_seconds"] = d.progress.render_seconds;
   j["render_cpu_seconds"] = d.cpu_seconds;
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  j["peak_memory_bytes"] = int64_t(usage.ru_maxrss) * 1024;
+  j["peak_memory_bytes"] = platform::peak_memory_bytes();
   j["rays"] = d.statistics.rays;
   j["paths"] = d.statistics.paths;
   if (d.progress.render_seconds > 0.0) {

@@ -78,6 +78,8 @@ void Session::resume(Checkpoint from, uint64_t scene) {
   state->base = std::move(from);
 }
 
+void Session::begin_at(uint32_t first) { worker_->state()->first_sample = first; }
+
 void Session::begin_with(std::shared_ptr<const Learned> learned) { worker_->state()->learned = std::move(learned); }
 
 std::shared_ptr<const Learned> Session::learned() const {

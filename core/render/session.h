@@ -69,13 +69,17 @@ class Session {
   /// fingerprint of the scene that will be rendered, 0 if it is unknown. A checkpoint with another fingerprint is
   /// refused.
   void resume(Checkpoint from, uint64_t scene = 0);
+  /// Before `start`: the samples of each pixel have the numbers from `first` on, and the checkpoint keeps their sums, so
+  /// that renders of other ranges with the same seed add up to one render (render/checkpoint.h). If samples depend on each
+  /// other, the render gets a seed of its own instead; the plan states why. A checkpoint of a range is continued in it.
+  void begin_at(uint32_t first);
   /// Before `start`: begin with what the previous frame has learned. Parts that do not fit are not used; the plan lists
   /// them with the reason. The render uses its own random numbers, whatever its seed.
   void begin_with(std::shared_ptr<const Learned> learned);
   /// What the next frame can begin with, once a render is done; null before that.
   std::shared_ptr<const Learned> learned() const;
-  /// Everything so far, at the last iteration boundary; empty before the first. After the first call, later checkpoints
-  /// are kept.
+  /// Everything so far, at a recent iteration boundary; empty before the first. After the first call, later checkpoints
+  /// are kept, as often as takes a twentieth of the time.
   std::optional<Checkpoint> checkpoint() const;
   void cancel();
   /// Lets the render wait after the present iteration, or continue. The time limit does not count this time. A cancel

@@ -4,6 +4,8 @@
 
 #include <tbb/task_arena.h>
 
+#include "description/archive.h"
+
 namespace ajar {
 
 namespace {
@@ -26,6 +28,10 @@ void SessionState::begin(const Job& job) {
   progress.render = job.number;
   error.clear();
   settings = job.description ? job.description->settings : job.settings;
+  view_fingerprint = job.description ? ajar::view_fingerprint(job.description->camera, settings) : 0;
+  range.reset();
+  continued.reset();
+  samples_in_film = 0;
   integrator.reset();  // before the scene that it holds changes
   film.reset();
   image_plan.reset();
@@ -74,13 +80,23 @@ Checkpoint SessionState::checkpoint_of_film() const {
   c.frame = {settings.width, settings.height};
   c.region = settings.region;
   c.exposure = settings.exposure;
+  c.view = view_fingerprint;
   c.seeds = {seed};
+  if (range) {
+    c.ranges = {{range->seed, range->first, range->first + film->sample_counts().max}};
+    c.sums = film->sums();
+  }
   c.integrators = {integrator_name};
   c.samples = film->sample_counts().mean;
   c.seconds = progress.render_seconds;
   c.rays = statistics.rays;
   c.refused = film->refused();
   c.relmse = progress.estimated_relmse;
+  if (continued) {
+    c.seconds += continued->seconds;
+    c.rays += continued->rays;
+    c.refused += continued->refused;
+  }
   for (const std::string& pass : settings.passes) c.passes[pass] = film->resolve(pass, settings.exposure);
   for (const char* pass : {"Sample Count", "Variance"}) c.passes[pass] = film->resolve(pass, settings.exposure);
   return c;

@@ -40,6 +40,7 @@ struct SessionState {
   uint64_t wanted_photons = 0;               ///< number of photons that the owner has requested
   std::optional<Checkpoint> base;            ///< the checkpoint from which this render continues
   uint64_t scene_fingerprint = 0;
+  std::optional<uint32_t> first_sample;    ///< number of the first sample; none: the render has no range of its own
   std::shared_ptr<const Learned> learned;  ///< in the previous frame
 
   // ---- Of the render -------------------------------------------------------------------------
@@ -52,6 +53,11 @@ struct SessionState {
   std::unique_ptr<ImagePlan> image_plan;       ///< null: all pixels get the same number of samples
   bool film_idle = false;                      ///< no thread writes to the film: it may be resolved directly
   uint32_t seed = 0;                           ///< in use: a resumed render has its own
+  uint64_t view_fingerprint = 0;               ///< 0: unknown
+  std::optional<SampleRange> range;            ///< its seed and first sample; none: the render has no range
+  /// The description of the checkpoint whose sums the film continues. Its samples are in the film.
+  std::optional<Checkpoint> continued;
+  uint32_t samples_in_film = 0;  ///< before this render, in each pixel
   std::string integrator_name;
   PlanSteps plan;
   PlanSteps technique_steps;              ///< how the technique was chosen

@@ -7,6 +7,7 @@
 
 #include "denoise/shown_error.h"
 #include "math/random.h"
+#include "platform/platform.h"
 #include "render/deadline.h"
 #include "render/importance_map.h"
 #include "render/memory_estimate.h"
@@ -82,6 +83,7 @@ void check_base(const SessionState& state, const RenderSettings& s) {
   here.region = s.region;
   here.exposure = s.exposure;
   here.scene = state.scene_fingerprint;
+  here.view = state.view_fingerprint;
   if (const std::string why = reason_against_merging(*state.base, here); !why.empty())
     throw SceneError("The checkpoint does not fit this render: " + why + ".");
 }
@@ -89,8 +91,8 @@ void check_base(const SessionState& state, const RenderSettings& s) {
 /// Only while nothing writes to the film.
 void estimate_error(SessionState& state, double seconds, uint64_t done) {
   const auto start = Clock::now();
-  const Film::ErrorEstimate estimate = state.film->estimated_error(uint32_t(done));
-  if (std::has_single_bit(done)) state.film->remember(uint32_t(done));
+  const Film::ErrorEstimate estimate = state.film->estimated_error(state.samples_in_film + uint32_t(done));
+  if (std::has_single_bit(done)) state.film->remember(state.samples_in_film + uint32_t(done));
   state.progress.estimated_relmse = estimate.relmse;
   state.progress.estimated_perceptual_error = estimate.perceptual;
   if (estimate.relmse >= 0.0)
@@ -229,7 +231,7 @@ void SessionWorker::run(Job job) {
   }
   if (stop_.load()) return;
   limit_start_ = Clock::now();
-  cpu_start_ = process_cpu_seconds();
+  cpu_start_ = platform::cpu_seconds();
   // While the artist navigates, there is no time for a pilot.
   if (final_render && find_integrator(asked.integrator).automatic) chosen = choose(camera);
   if (stop_.load()) return;
@@ -331,6 +333,52 @@ std::unique_ptr<ImagePlan> SessionWorker::make_image_plan(const RenderSettings& 
                                      support.by_passes ? Counts::Any : Counts::Round);
 }
 
+/// The range of samples that the owner asks for, or the one of the checkpoint.
+static std::optional<SampleRange> wanted_range(const SessionState& state, const RenderSettings& s) {
+  const auto& base = state.base;
+  if (base && base->sums.pixels > 0 && base->ranges.size() == 1 &&
+      base->integrators == std::vector<std::string>{state.integrator_name})
+    return base->ranges[0];
+  if (base || !state.first_sample) return std::nullopt;
+  return SampleRange{s.seed, *state.first_sample, *state.first_sample};
+}
+
+/// Lets the integrator and the film begin at the wanted range. If they cannot, the render gets a seed of its own.
+PlanSteps SessionWorker::take_range(const std::shared_ptr<const Scene>& scene, const RenderPlan& plan,
+                                    Integrator& chosen, std::unique_ptr<Film>& film, uint32_t& seed) {
+  const RenderSettings& s = scene->settings();
+  const auto state = state_.lock();
+  const std::optional<SampleRange> range = wanted_range(*state, s);
+  if (!range) return {};
+  std::string why_not;
+  uint32_t before = 0;
+  film->begin_at(range->first);
+  chosen.prepare(scene, plan, range->seed);
+  if (scene->catchers() || !film->keep_exact_sums())
+    why_not = "shadow catchers, Cryptomatte, AOVs, light groups, motion vectors and occlusion have no exact sums";
+  if (why_not.empty() && state->base) try {
+      film->set_sums(state->base->sums);
+      before = film->sample_counts().min;
+    } catch (const std::invalid_argument& error) {
+      why_not = error.what();
+    }
+  if (s.image == ImageSampling::PmcIp) why_not = "the samples of a pixel depend on other pixels";
+  if (why_not.empty() && !chosen.begin_at(range->first + before)) why_not = "samples depend on those before them";
+  if (why_not.empty()) {
+    seed = range->seed;
+    state->range = range;
+    state->samples_in_film = before;
+    if (state->base) state->base->passes.clear(), state->base->sums = {};
+    state->continued = std::exchange(state->base, std::nullopt);
+    return {{"range of samples", true, "the samples of each pixel begin at number " + std::to_string(range->first),
+             "a second number for each sum of the film"}};
+  }
+  if (range->first > 0 && !state->base) seed = hash_combine(seed, range->first);
+  film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
+  chosen.prepare(scene, plan, seed);
+  return {{"range of samples", false, why_not + "; the render has a seed of its own", ""}};
+}
+
 /// Everything between the choice of an integrator and its first sample.
 void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_point start) {
   std::shared_ptr<Scene> scene;
@@ -343,10 +391,11 @@ void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_poin
     for (const std::string& warning : plan.warnings) state->warn(warning);
   }
   const RenderSettings& s = scene->settings();
-  const uint32_t seed = own_seed(s);
+  uint32_t seed = own_seed(s);
   auto film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
   chosen->prepare(scene, plan, seed);
-  const PlanSteps learned_steps = use_learned(*state_.lock(), *chosen);
+  PlanSteps learned_steps = take_range(scene, plan, *chosen, film, seed);
+  for (PlanStep& step : use_learned(*state_.lock(), *chosen)) learned_steps.push_back(std::move(step));
   const GoalSupport support = chosen->goal_support();
   const bool adapts = s.image == ImageSampling::PmcIp && support.follows;
   std::unique_ptr<ImagePlan> image_plan = adapts ? make_image_plan(s, support, seed) : nullptr;
@@ -374,7 +423,7 @@ void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_poin
   state->seed = seed;
   state->film = std::move(film);
   state->integrator = std::move(chosen);
-  state->policy = StoppingPolicy(s, state->samples_before());
+  state->policy = StoppingPolicy(s, state->samples_before() + double(state->samples_in_film));
   state->progress.phase = Progress::Phase::Rendering;
   state->progress.step = "Rendering";
   state->progress.build_seconds = seconds_since(start);
@@ -433,6 +482,14 @@ void SessionWorker::render_all() {
   }
 }
 
+void SessionWorker::keep_checkpoint(SessionState& state) {
+  constexpr double kShare = 0.05;  // of the time
+  if (state.published_checkpoint && checkpoint_seconds_ > kShare * seconds_since(checkpoint_time_)) return;
+  checkpoint_time_ = Clock::now();
+  state.published_checkpoint = state.checkpoint();
+  checkpoint_seconds_ = seconds_since(checkpoint_time_);
+}
+
 void SessionWorker::publish(double seconds, uint64_t done, bool cut) {
   const auto state = state_.lock();
   const Integrator& integrator = *state->integrator;
@@ -451,7 +508,7 @@ void SessionWorker::publish(double seconds, uint64_t done, bool cut) {
                  "Cryptomatte: in some pixels there are more mattes than ranks; more Levels show all of them."});
   progress.samples = state->samples_before() + state->sample_counts.mean;
   progress.render_seconds = seconds;
-  state->cpu_seconds = process_cpu_seconds() - cpu_start_;
+  state->cpu_seconds = platform::cpu_seconds() - cpu_start_;
   if (!cut && state->policy.error_due(seconds, done)) estimate_error(*state, seconds, done);
   state->policy.remaining_time.add(seconds_since(limit_start_), double(done));
   progress.remaining_seconds = state->policy.remaining_seconds(seconds, progress.shown_relmse());
@@ -460,7 +517,7 @@ void SessionWorker::publish(double seconds, uint64_t done, bool cut) {
   for (const std::string& pass : state->wanted) state->published[pass] = state->resolve(pass);
   state->wanted.clear();
   if (state->wanted_photons > 0) state->published_photons = integrator.photons(std::exchange(state->wanted_photons, 0));
-  if (state->checkpoint_wanted) state->published_checkpoint = state->checkpoint();
+  if (state->checkpoint_wanted) keep_checkpoint(*state);
   state.notify();
 }
 

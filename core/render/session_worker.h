@@ -42,6 +42,9 @@ class SessionWorker {
   uint32_t own_seed(const RenderSettings& settings);
   std::unique_ptr<ImagePlan> make_image_plan(const RenderSettings& settings, const GoalSupport& support, uint32_t seed);
   void prepare(std::unique_ptr<Integrator> chosen, Clock::time_point start);
+  PlanSteps take_range(const std::shared_ptr<const Scene>& scene, const RenderPlan& plan, Integrator& chosen,
+                       std::unique_ptr<Film>& film, uint32_t& seed);
+  void keep_checkpoint(SessionState& state);
   void render_all();
   void wait_while_paused();
   /// `cut`: the time limit has ended an iteration. Pixels then have different numbers of samples, and their error is
@@ -51,10 +54,12 @@ class SessionWorker {
   Synchronized<SessionState> state_;
   std::atomic<bool> stop_{false};  // stop rendering
   std::atomic<bool> stop_building_{false};
-  std::string replaced_integrator_;  // label of the integrator that path tracing replaces; empty: none
-  double cpu_start_ = 0.0;           // CPU time of the process at the end of the build
-  std::string replaced_because_;     // what it does not render
-  Clock::time_point limit_start_;    // start of the time limit: the end of the build
+  std::string replaced_integrator_;    // label of the integrator that path tracing replaces; empty: none
+  std::string replaced_because_;       // what it does not render
+  Clock::time_point limit_start_;      // start of the time limit: the end of the build
+  double cpu_start_ = 0.0;             // CPU time of the process at the end of the build
+  Clock::time_point checkpoint_time_;  // of the last checkpoint that was kept
+  double checkpoint_seconds_ = 0.0;    // that it took
   std::thread thread_;
 };
 

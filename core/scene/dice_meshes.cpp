@@ -1,9 +1,9 @@
 #include "scene/dice_meshes.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdio>
+
+#include "platform/platform.h"
 
 namespace ajar {
 
@@ -14,7 +14,7 @@ constexpr size_t kMostInstances = 64;  // whose detail decides about a mesh: tho
 /// Half of the memory of the machine is for triangles, their attributes and the structure for rays.
 size_t most_triangles() {
   constexpr double kBytesPerTriangle = 250.0;
-  const double bytes = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
+  const double bytes = double(platform::memory_bytes());
   return size_t(std::clamp(0.5 * bytes / kBytesPerTriangle, 1e6, 1e9));
 }
 

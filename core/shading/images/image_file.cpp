@@ -9,7 +9,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include <unistd.h>
+#include "platform/platform.h"
 
 namespace ajar {
 
@@ -97,25 +97,17 @@ const char* name_for(const std::vector<uint8_t>& bytes) {
 /// A file with the given bytes, which is deleted at the end of the scope, for readers that need a file.
 class TemporaryFile {
  public:
-  TemporaryFile(const std::vector<uint8_t>& bytes, const std::string& ending) {
-    path_ = (std::filesystem::temp_directory_path() / ("ajar-XXXXXX" + ending)).string();
-    const int descriptor = mkstemps(path_.data(), int(ending.size()));
-    if (descriptor < 0) return;
-    size_t written = 0;
-    while (written < bytes.size()) {
-      const ssize_t n = ::write(descriptor, bytes.data() + written, bytes.size() - written);
-      if (n <= 0) break;
-      written += size_t(n);
-    }
-    ::close(descriptor);
+  TemporaryFile(const std::vector<uint8_t>& bytes, const std::string& ending)
+      : path_(platform::write_temporary(bytes.data(), bytes.size(), ending)) {}
+  ~TemporaryFile() {
+    if (!path_.empty()) std::remove(path_.c_str());
   }
-  ~TemporaryFile() { ::unlink(path_.c_str()); }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   const std::string& path() const { return path_; }
 
  private:
-  std::string path_;
+  const std::string path_;
 };
 
 /// Returns the result of `use(reader)` for the image's file or bytes, or an error.

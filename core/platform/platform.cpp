@@ -1,0 +1,126 @@
+#include "platform/platform.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <random>
+#include <stdexcept>
+
+#ifdef _WIN32
+#define WIN32_LEAN_AND_MEAN
+#define NOMINMAX
+#include <windows.h>
+// after windows.h
+#include <io.h>
+#include <psapi.h>
+#else
+#include <dlfcn.h>
+#include <sys/resource.h>
+#include <unistd.h>
+#endif
+
+namespace ajar::platform {
+
+#ifdef _WIN32
+
+uint64_t memory_bytes() {
+  MEMORYSTATUSEX status{};
+  status.dwLength = sizeof status;
+  return GlobalMemoryStatusEx(&status) ? status.ullTotalPhys : 0;
+}
+
+uint64_t peak_memory_bytes() {
+  PROCESS_MEMORY_COUNTERS counters{};
+  return GetProcessMemoryInfo(GetCurrentProcess(), &counters, sizeof counters) ? counters.PeakWorkingSetSize : 0;
+}
+
+double cpu_seconds() {
+  FILETIME made, ended, kernel, user;
+  if (!GetProcessTimes(GetCurrentProcess(), &made, &ended, &kernel, &user)) return 0.0;
+  const auto seconds = [](const FILETIME& time) {
+    return (4294967296.0 * time.dwHighDateTime + time.dwLowDateTime) * 1e-7;
+  };
+  return seconds(kernel) + seconds(user);
+}
+
+uint64_t process_id() { return GetCurrentProcessId(); }
+
+bool flush_to_disk(std::FILE* file) { return std::fflush(file) == 0 && _commit(_fileno(file)) == 0; }
+
+std::string write_temporary(const void* bytes, size_t count, const std::string& ending) {
+  std::random_device random;
+  const std::string name = "ajar-" + std::to_string(random()) + std::to_string(random()) + ending;
+  const std::string path = (std::filesystem::temp_directory_path() / name).string();
+  std::FILE* file = std::fopen(path.c_str(), "wbx");
+  if (file == nullptr) return "";
+  const bool written = std::fwrite(bytes, 1, count, file) == count;
+  if (std::fclose(file) == 0 && written) return path;
+  std::remove(path.c_str());
+  return "";
+}
+
+void* load_library(const std::string& file) {
+  const HMODULE library = LoadLibraryA(file.c_str());
+  if (library == nullptr)
+    throw std::runtime_error("cannot load " + file + ": error " + std::to_string(GetLastError()) + " of Windows");
+  return reinterpret_cast<void*>(library);
+}
+
+void* find_function(void* library, const char* name) {
+  return reinterpret_cast<void*>(GetProcAddress(reinterpret_cast<HMODULE>(library), name));
+}
+
+#else
+
+uint64_t memory_bytes() {
+  const long pages = sysconf(_SC_PHYS_PAGES), size = sysconf(_SC_PAGESIZE);
+  return pages > 0 && size > 0 ? uint64_t(pages) * uint64_t(size) : 0;
+}
+
+uint64_t peak_memory_bytes() {
+  rusage usage{};
+  if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;
+#ifdef __APPLE__
+  return uint64_t(usage.ru_maxrss);
+#else
+  return uint64_t(usage.ru_maxrss) * 1024;
+#endif
+}
+
+double cpu_seconds() {
+  rusage usage{};
+  if (getrusage(RUSAGE_SELF, &usage) != 0) return 0.0;
+  return double(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+         1e-6 * double(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+}
+
+uint64_t process_id() { return uint64_t(getpid()); }
+
+bool flush_to_disk(std::FILE* file) { return std::fflush(file) == 0 && fsync(fileno(file)) == 0; }
+
+std::string write_temporary(const void* bytes, size_t count, const std::string& ending) {
+  std::string path = (std::filesystem::temp_directory_path() / ("ajar-XXXXXX" + ending)).string();
+  const int descriptor = mkstemps(path.data(), int(ending.size()));
+  if (descriptor < 0) return "";
+  const char* at = static_cast<const char*>(bytes);
+  size_t left = count;
+  while (left > 0) {
+    const ssize_t n = ::write(descriptor, at, left);
+    if (n <= 0) break;
+    at += n, left -= size_t(n);
+  }
+  if (::close(descriptor) == 0 && left == 0) return path;
+  std::remove(path.c_str());
+  return "";
+}
+
+void* load_library(const std::string& file) {
+  void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) throw std::runtime_error(dlerror());
+  return library;
+}
+
+void* find_function(void* library, const char* name) { return dlsym(library, name); }
+
+#endif
+
+}  // namespace ajar::platform

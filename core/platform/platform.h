@@ -1,0 +1,28 @@
+// What differs between operating systems. No other file of the core includes a header that only some systems have.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+
+namespace ajar::platform {
+
+/// Memory of the machine in bytes; 0: unknown.
+uint64_t memory_bytes();
+/// The most memory that this process has used, in bytes; 0: unknown.
+uint64_t peak_memory_bytes();
+/// The CPU time of all threads of this process so far, in seconds.
+double cpu_seconds();
+/// The number of this process.
+uint64_t process_id();
+/// Writes what the system holds back of a file to the disk. Returns false if that fails, with the reason in errno.
+bool flush_to_disk(std::FILE* file);
+/// Writes a file with a new name, with this ending, in the folder for temporary files. Returns its path; empty: failed.
+std::string write_temporary(const void* bytes, size_t count, const std::string& ending);
+/// Loads a library without making its symbols visible to others. Throws std::runtime_error with the reason.
+void* load_library(const std::string& file);
+/// The address of a function of a library; null: it has none of that name.
+void* find_function(void* library, const char* name);
+
+}  // namespace ajar::platform
