@@ -175,8 +175,8 @@ void SessionWorker::work() {
   }
 }
 
-/// Shadow catchers are rendered by path tracing, whatever technique is asked for.
-void SessionWorker::use_path_tracing_for_catchers(Job& job) {
+/// Shadow catchers and rolling shutters are rendered by path tracing, whatever technique is asked for.
+void SessionWorker::replace_integrator(Job& job) {
   replaced_integrator_.clear();
   const auto built_has_catchers = [&] {
     const auto state = state_.lock();
@@ -184,14 +184,20 @@ void SessionWorker::use_path_tracing_for_catchers(Job& job) {
   };
   const bool catchers = job.description ? has_catchers(*job.description) : built_has_catchers();
   std::string& integrator = job.description ? job.description->settings.integrator : job.settings.integrator;
-  if (!catchers || integrator == "path") return;
+  const bool rolls = (job.description ? job.description->camera : job.camera).row_exposure < 1.0f;
+  const RenderSettings& asked = job.description ? job.description->settings : job.settings;
+  const bool clear = asked.transparent_film && asked.transparent_glass;
+  if (!(catchers || rolls || clear) || integrator == "path") return;
   replaced_integrator_ = find_integrator(integrator).label;
+  replaced_for_ = catchers ? "does not render shadow catchers: the scene is rendered by Path Tracing"
+                  : rolls  ? "does not render a rolling shutter: the scene is rendered by Path Tracing"
+                           : "does not render transparent glass: the scene is rendered by Path Tracing";
   integrator = "path";
 }
 
 void SessionWorker::run(Job job) {
   const auto start = Clock::now();
-  use_path_tracing_for_catchers(job);
+  replace_integrator(job);
   // Invalid settings are refused before anything is built.
   const RenderSettings asked = job.description ? job.description->settings : job.settings;
   auto chosen = make_integrator(asked.integrator);
@@ -235,8 +241,7 @@ void SessionWorker::build(Job& job) {
     throw;
   }
   if (!replaced_integrator_.empty())
-    found.push_back({Diagnostic::Severity::Warning, replaced_integrator_,
-                     "does not render shadow catchers: the scene is rendered by Path Tracing"});
+    found.push_back({Diagnostic::Severity::Warning, replaced_integrator_, replaced_for_});
   auto hints = std::make_shared<const AttachedHints>(attach_hints(*built));
   const auto state = state_.lock();
   state->diagnostics = std::move(found);

@@ -37,7 +37,7 @@ class SessionWorker {
   void work();
   void run(Job job);
   void build(Job& job);
-  void use_path_tracing_for_catchers(Job& job);
+  void replace_integrator(Job& job);
   std::unique_ptr<Integrator> choose(const CameraDescription& camera);
   uint32_t own_seed(const RenderSettings& settings);
   std::unique_ptr<ImagePlan> make_image_plan(const RenderSettings& settings, const GoalSupport& support, uint32_t seed);
@@ -52,6 +52,7 @@ class SessionWorker {
   std::atomic<bool> stop_{false};  // stop rendering
   std::atomic<bool> stop_building_{false};
   std::string replaced_integrator_;  // label of the integrator that path tracing replaces; empty: none
+  std::string replaced_for_;         // why
   Clock::time_point limit_start_;    // start of the time limit: the end of the build
   std::thread thread_;
 };
