@@ -301,6 +301,28 @@ void set_vertex_attribute(SceneDescription& description, int mesh, const std::st
   changed.attributes.push_back({name, Domain::Vertex, 3, copy_numbers(values)});
 }
 
+/// Sets the shapes of a mesh while the shutter is open.
+void set_shapes(SceneDescription& description, int mesh, const Floats& positions, const OptionalFloats& normals,
+                const OptionalFloats& radii) {
+  MeshDescription& changed = description.meshes.at(size_t(mesh));
+  if (changed.shared) changed = MeshDescription(*changed.shared);
+  const size_t each = 3 * changed.positions.size();
+  const size_t shapes = each > 0 ? size_t(positions.size()) / each : 0;
+  if (shapes < 2 || size_t(positions.size()) != shapes * each)
+    throw py::value_error("positions must have a row of 3 for each vertex at each of at least two times");
+  if (normals && size_t(normals->size()) != 3 * shapes * changed.normals.size())
+    throw py::value_error("normals must have a row of 3 for each normal of the mesh at each time");
+  if (radii && size_t(radii->size()) != shapes * changed.radii.size())
+    throw py::value_error("radii must have a number for each radius of the mesh at each time");
+  const auto copy = [](std::vector<Vec3>& to, const Floats& from) {
+    to.resize(size_t(from.size()) / 3);
+    std::memcpy(to.data(), from.data(), to.size() * sizeof(Vec3));
+  };
+  copy(changed.motion_positions, positions);
+  if (normals) copy(changed.motion_normals, *normals);
+  if (radii) changed.motion_radii = copy_numbers(*radii);
+}
+
 void set_color_spaces(SceneDescription& description, std::string config, std::string working_space) {
   description.color = {std::move(config), std::move(working_space)};
 }
@@ -378,7 +400,8 @@ void bind_enums(py::module_& module) {
       .value("BlackmanHarris", FilterKind::BlackmanHarris, "Blender's default.");
   py::enum_<BumpTerminator>(module, "BumpTerminator", "How light fades at grazing angles on bumped surfaces.")
       .value("Cubic", BumpTerminator::Cubic, "A cubic of the cosines, as in Blender until 4.4.")
-      .value("Microfacet", BumpTerminator::Microfacet, "Shadowing by GGX, as in Blender since 4.5.");
+      .value("Microfacet", BumpTerminator::Microfacet, "Shadowing by GGX, as in Blender since 4.5.")
+      .value("None_", BumpTerminator::None, "It does not fade.");
   module.attr("UNDEFORMED_POSITION") = kUndeformedPosition;
   module.attr("RANDOM_PER_ISLAND") = kRandomPerIsland;
   module.attr("POSITION_BEFORE") = kPositionBefore;
@@ -413,6 +436,10 @@ void bind_geometry(py::module_& module) {
       .def_property_readonly(
           "positions", [](const MeshDescription& m) { return to_array<float>(m.positions); },
           "float32[n, 3], metres. The vertices in object space; for hair the points of all strands.")
+      .def_property_readonly(
+          "motion_positions", [](const MeshDescription& m) { return to_array<float>(m.motion_positions); },
+          "float32[k * n, 3], metres. The positions at k evenly spaced times while the shutter is open, one time after "
+          "another. An empty array means that the shape does not change.")
       .def_property_readonly(
           "triangles", [](const MeshDescription& m) { return to_array<uint32_t>(m.triangles); },
           "uint32[t, 3], 0 to n - 1. The vertices of each triangle. Corner 3 t + k is vertex k of triangle t. Empty "
@@ -694,6 +721,14 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("frames", &CameraDescription::frames,
                      "list of two lists of 12 floats. `world_from_camera` one frame before and one after, for the pass "
                      "Vector. An empty list means that the camera does not move.")
+      .def_readwrite("window_motion", &CameraDescription::window_motion,
+                     "list of tuples of 4 floats. `screen_window` at evenly spaced times while the shutter is open. An "
+                     "empty list means that it does not change.")
+      .def_readwrite(
+          "row_exposure", &CameraDescription::row_exposure,
+          "float, 0 to 1. Rolling shutter: the part of the shutter interval while which one row of pixels is "
+          "exposed, from the top row to the bottom row. 1 exposes all rows together. Path Tracing renders "
+          "the scene if it is less.")
       .def_readwrite("shutter", &CameraDescription::shutter,
                      "list of floats, ascending from 0 to 1. The times at which equal shares of the light have "
                      "arrived. An empty list means that the shutter opens and closes instantly.");
@@ -817,6 +852,14 @@ void bind_description(py::module_& module) {
           "set_vertex_attribute", &set_vertex_attribute, py::arg("mesh"), py::arg("name"), py::arg("values"),
           "Add an attribute to the vertices of a mesh that is not shared. values: float32[n, 3]. Raises ValueError for "
           "another number of vertices, and IndexError for a mesh that does not exist.")
+      .def(
+          "set_shapes", &set_shapes, py::arg("mesh"), py::arg("positions"), py::arg("normals") = py::none(),
+          py::arg("radii") = py::none(),
+          "Set the shapes of a mesh at k evenly spaced times while the shutter is open. positions: float32[k, n, 3] "
+          "for "
+          "n vertices. normals: float32[k, m, 3] for m normals of the mesh, or None to keep them. radii: float32[k, n] "
+          "of strands or points, or None to keep them. k is from 2 to 129. A shared mesh is copied first. Raises "
+          "ValueError for other numbers of values, and IndexError for a mesh that does not exist.")
       .def("add_image", &add_image, py::kw_only(), py::arg("name"), py::arg("path") = "",
            py::arg("packed") = py::bytes(), py::arg("pixels") = py::none(), py::arg("width") = 0, py::arg("height") = 0,
            py::arg("color_space") = "sRGB", py::arg("alpha_mode") = AlphaMode::Straight,
@@ -831,13 +874,18 @@ void bind_description(py::module_& module) {
       .def(
           "add_material",
           [](SceneDescription& description, std::string name, const NodeGraph& graph, int pass_index,
-             DisplacementMethod displacement_method) {
-            description.materials.push_back({std::move(name), graph, pass_index, displacement_method});
+             DisplacementMethod displacement_method, bool transparent_shadow, bool bump_map_correction) {
+            description.materials.push_back(
+                {std::move(name), graph, pass_index, displacement_method, transparent_shadow, bump_map_correction});
             return index_of_last(description.materials.size());
           },
           py::kw_only(), py::arg("name"), py::arg("graph"), py::arg("pass_index") = 0,
-          py::arg("displacement_method") = DisplacementMethod::Bump,
-          "Add a material and return its index. The graph is copied. Links are checked when the scene is built.")
+          py::arg("displacement_method") = DisplacementMethod::Bump, py::arg("transparent_shadow") = true,
+          py::arg("bump_map_correction") = true,
+          "Add a material and return its index. The graph is copied. Links are checked when the scene is built. "
+          "transparent_shadow: whether shadow rays pass its transparent parts. bump_map_correction: whether light "
+          "fades "
+          "softly where a bump faces it and the surface does not.")
       .def(
           "add_light",
           [](SceneDescription& description, const LightDescription& light) {

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from . import compat, plain
+from . import compat, messages, plain
 from .ajar_module import ajar
-from .export import ExportContext, export_scene
+from .export import ExportContext, export_scene, export_view
 from .headless import Options
 from .translations import report
 
@@ -27,7 +27,8 @@ EMIT, DIFFUSE, GLOSSY, TRANSMISSION, DIRECT, INDIRECT, COLOR = 2, 4, 8, 16, 64, 
 LOBES = {"DIFFUSE": "Diff", "GLOSSY": "Gloss", "TRANSMISSION": "Trans"}
 LOBE_BITS = {"DIFFUSE": DIFFUSE, "GLOSSY": GLOSSY, "TRANSMISSION": TRANSMISSION}
 ALL_LIGHT = EMIT | DIFFUSE | GLOSSY | TRANSMISSION | DIRECT | INDIRECT
-DATA = {"NORMAL": "Normal", "POSITION": "Position", "UV": "UV", "EMIT": "Emit"}
+DATA = {"NORMAL": "Normal", "POSITION": "Position", "UV": "UV", "EMIT": "Emit", "AO": "AO", "ROUGHNESS": "Roughness", "ENVIRONMENT": "Env"}
+FAR = 1e6   # metres; nothing is there to hide the world
 OF_FIRST_SAMPLE = {"NORMAL", "POSITION", "UV"}   # passes that keep the first sample of a pixel: it must be the middle of the texel
 
 
@@ -101,12 +102,16 @@ def directions_to_eye(surface: Surface, camera: bpy.types.Object | None) -> np.n
     return _unit(towards + np.maximum(LOWEST_EYE - cosine, 0.0) * surface.normals).astype(np.float32)
 
 
-def see(description: ajar.SceneDescription, name: str, texels: Texels, surface: Surface, eye: np.ndarray, width: int, height: int) -> None:
-    """Make the texels what the scene's camera sees."""
+def of_world(surface: Surface) -> tuple[Surface, np.ndarray]:
+    """A surface and directions to the eye that show the world in the directions from the origin to the places of `surface`, as in Cycles."""
+    return Surface(np.full_like(surface.corners, FAR), surface.normals), -surface.corners
+
+
+def see(camera: ajar.CameraDescription, settings: ajar.RenderSettings, name: str, texels: Texels, surface: Surface, eye: np.ndarray, width: int, height: int) -> None:
+    """Make the texels what the camera sees."""
     if len(surface.corners) <= texels.triangle.max(initial=-1):
         raise CannotBake(report("{name}: its mesh has other triangles in the render than Blender bakes", name=name))
     triangle = np.maximum(texels.triangle, 0)
-    camera, settings = description.camera, description.settings
     camera.present, camera.name, camera.kind = True, name, ajar.CameraKind.Texels
     camera.motion, camera.shutter, camera.aperture_radius = [], [], 0.0
     camera.set_texels(texels.triangle >= 0, surface.corners[triangle].reshape(-1, 9), eye[triangle].reshape(-1, 9), texels.barycentric)
@@ -153,7 +158,7 @@ def composed(kind: str, bits: int, values: Callable[[str], np.ndarray], pixels: 
     result[:, 3] = 1.0
     if kind in DATA:   # Blender turns normals into the space of the bake
         source = values(DATA[kind])
-        result[:, :min(3, source.shape[1])] = source[:, :3]
+        result[:, :3] = source[:, :3]   # a number is grey
         if kind == "UV":
             result[:, 2] = 1.0
     elif kind == "COMBINED" and bits & ALL_LIGHT == ALL_LIGHT:
@@ -179,11 +184,21 @@ def _light(lobe: str, bits: int, values: Callable[[str], np.ndarray], pixels: in
     return total if colour is None else total * colour
 
 
+@dataclass
+class Kept:
+    """A session whose scene the next image of the same bake shows, too."""
+
+    depsgraph: int   # its address
+    passes: list[str]
+    session: ajar.Session
+
+
 def bake(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, thing: bpy.types.Object, kind: str, bits: int, width: int, height: int) -> None:
-    """Bake one object into the image that Blender has prepared. Raises CannotBake."""
-    scene = depsgraph.scene_eval
+    """Bake one object into the image that Blender has prepared. Blender calls this for each image of the object. Raises CannotBake."""
     passes = passes_for(kind, bits)
-    result = engine.begin_result(0, 0, width, height, layer=depsgraph.view_layer.name, view="")
+    # Blender finds the image of a result by the name of its layer, so that each image needs another one.
+    engine.baked_images += 1
+    result = engine.begin_result(0, 0, width, height, layer=f"Image {engine.baked_images}", view="")
     is_done = False
     try:
         layer = result.layers[0]
@@ -191,12 +206,7 @@ def bake(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, thing: 
         if kind in OF_FIRST_SAMPLE:
             texels.barycentric[:, 2:] = 0.0
         if (texels.triangle >= 0).any():
-            exported = _export(engine, depsgraph, passes)
-            from_camera = scene.render.bake.view_from == "ACTIVE_CAMERA" and scene.camera is not None
-            surface = surface_of(thing)
-            see(exported.description, thing.name, texels, surface, directions_to_eye(surface, scene.camera if from_camera else None), width, height)
-            session = ajar.Session()
-            session.start(exported.description)
+            session = _start(engine, depsgraph, thing, kind, passes, (texels, width, height))
             if not _follow(engine, session):
                 return
             image = composed(kind, bits, lambda name: session.snapshot(name).reshape(width * height, -1), width * height)
@@ -207,15 +217,40 @@ def bake(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, thing: 
         engine.end_result(result, cancel=not is_done)
 
 
-def _export(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, passes: list[str]) -> ExportContext:
-    """The scene, with an integrator that can bake these passes. Path tracing bakes all of them."""
+def _start(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, thing: bpy.types.Object, kind: str, passes: list[str],
+           image: tuple[Texels, int, int]) -> ajar.Session:
+    """A session that renders the texels. The scene is exported and built for the first image of an object only."""
+    scene = depsgraph.scene_eval
+    from_camera = scene.render.bake.view_from == "ACTIVE_CAMERA" and scene.camera is not None
+    surface = surface_of(thing)
+    eye = directions_to_eye(surface, scene.camera if from_camera else None)
+    if kind == "ENVIRONMENT":
+        surface, eye = of_world(surface)
+    kept, texels, width, height = engine.baked, *image
+    is_known = kept is not None and kept.depsgraph == depsgraph.as_pointer() and kept.passes == passes
+    exported = _export(engine, depsgraph, passes, thing, is_known)
+    description = exported.description
+    see(description.camera, description.settings, thing.name, texels, surface, eye, width, height)
+    if is_known:
+        kept.session.change_view(description.camera, description.settings)
+        return kept.session
+    session = ajar.Session()
+    session.start(description)
+    engine.baked = Kept(depsgraph.as_pointer(), passes, session)
+    return session
+
+
+def _export(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, passes: list[str], thing: bpy.types.Object, is_view_only: bool) -> ExportContext:
+    """The scene, with an integrator that can bake these passes. Path tracing bakes all of them. `is_view_only`: camera and settings alone."""
     scene = depsgraph.scene_eval
     chosen = next((item for item in ajar.integrator_list() if item.name == plain.of(scene.ajar).integrator), None)
     is_able = chosen is not None and chosen.bakes and passes == ["Combined"]
     options = Options({} if is_able else {"integrator": "path"})
-    exported = export_scene(depsgraph, options, list(dict.fromkeys(["Combined", *passes])), scene.camera, engine.test_break, lambda step: None)
-    for name, message in exported.warnings:
-        engine.report({"WARNING"}, report("{name}: {message}", name=name, message=message))
+    all_passes = list(dict.fromkeys(["Combined", *passes]))
+    if is_view_only:
+        return export_view(depsgraph, options, all_passes, scene.camera)
+    exported = export_scene(depsgraph, options, all_passes, scene.camera, engine.test_break, lambda step: None, baked=thing)
+    messages.report_warnings(engine, exported)
     return exported
 
 
@@ -227,6 +262,8 @@ def _follow(engine: bpy.types.RenderEngine, session: ajar.Session) -> bool:
             session.cancel()
             session.wait(60.0)
             return False
+    for diagnostic in session.diagnostics():
+        messages.report_diagnostic(engine, diagnostic)
     if error := session.take_error():
         raise CannotBake(error)
     return True

@@ -71,6 +71,16 @@ def displacement_owner(material: bpy.types.Material) -> bpy.types.bpy_struct:
     return material if bpy.app.version >= (4, 1) else material.ajar
 
 
+def transparency_owner(material: bpy.types.Material) -> bpy.types.bpy_struct:
+    """The owner of Transparent Shadows: the material itself since 4.2."""
+    return material if hasattr(material, "use_transparent_shadow") else material.ajar
+
+
+def has_bump_correction() -> bool:
+    """Whether Cycles has the switch Bump Map Correction (since 4.1)."""
+    return bpy.app.version >= (4, 1)
+
+
 def shutter_owner(scene: bpy.types.Scene) -> bpy.types.bpy_struct:
     return scene.render if hasattr(scene.render, "motion_blur_position") else scene.ajar
 

@@ -36,7 +36,7 @@ class AjarObjectSettings(bpy.types.PropertyGroup):
                                          default=1.0, min=0.0, soft_max=10.0)
     use_motion_blur: inherited.boolean("use_motion_blur", "Motion Blur", "Blur this object when it moves", True, "use_motion_blur")
     use_deform_motion: inherited.boolean("use_deform_motion", "Deformation", "Blur this object when it deforms", True, "use_deform_motion")
-    motion_steps: inherited.integer("motion_steps", "Steps", "Each step doubles the number of times at which the scene is evaluated. The largest number of all objects is used",
+    motion_steps: inherited.integer("motion_steps", "Steps", "Each step doubles the number of times at which the motion of this object is followed",
                                     1, "motion_steps", 1, 7)
     shadow_terminator_geometry_offset: inherited.number(
         "shadow_terminator_geometry_offset", "Geometry Offset", "Moves shadow rays from coarse smooth surfaces outwards. 1 moves them to the rounded surface", 0.1,
@@ -91,6 +91,10 @@ class AjarMaterialSettings(bpy.types.PropertyGroup):
         "displacement_method", "Displacement", "What the displacement of the material does", "BUMP", "displacement_method",
         [("BUMP", "Bump Only", "Changes the shading normal", 0), ("DISPLACEMENT", "Displacement Only", "Moves the surface", 1),
          ("BOTH", "Displacement and Bump", "Moves the surface and changes the shading normal", 2)])
+    use_transparent_shadow: inherited.boolean(
+        "use_transparent_shadow", "Transparent Shadows", "Light passes the transparent parts of the material", True, "use_transparent_shadow")
+    use_bump_map_correction: inherited.boolean(
+        "use_bump_map_correction", "Bump Map Correction", "Light fades softly where a bump faces it and the surface does not", True, "use_bump_map_correction")
 
 
 GROUPS = {"Object": AjarObjectSettings, "Light": AjarLightSettings, "World": AjarWorldSettings, "Camera": AjarCameraSettings, "Material": AjarMaterialSettings}

@@ -16,7 +16,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import bake, compat, cryptomatte, denoise, headless, hints, last_render, learning, passes, pausing, photon_overlay, plain, render_progress, viewport
+from . import bake, compat, cryptomatte, denoise, headless, hints, last_render, learning, messages, passes, pausing, photon_overlay, plain, render_progress, viewport
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
 from .export.camera import CENTRE, Eye
@@ -46,6 +46,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     bl_use_shading_nodes_custom = False  # otherwise Blender hides its standard shader nodes
 
     viewport: viewport.Viewport | None = None   # Blender keeps an engine object for each 3D view
+    baked: bake.Kept | None = None   # Blender keeps an engine object for the images of a bake
+    baked_images = 0
     watched = False
     _next_words = 0.0
     _view = ""                  # the view that is rendered, with stereoscopy
@@ -126,8 +128,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                                 None if self.is_preview else self.frame_set, eye)
         scene = depsgraph.scene_eval   # read again, since the export of motion blur has evaluated it again
         export_seconds = time.monotonic() - started
-        for name, message in exported.warnings:
-            self.report({"WARNING"}, report("{name}: {message}", name=name, message=message))
+        messages.report_warnings(self, exported)
         if self._denoises(scene, options) and not denoises:
             self.report({"WARNING"}, report("{name}: the picture is not denoised: {reason}", name=scene.name, reason=ajar.denoiser.reason()))
         settings = exported.description.settings
@@ -162,7 +163,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             return
         render_progress.end(scene.name, session, noise_target)
         for diagnostic in session.diagnostics():
-            self._report(diagnostic)
+            messages.report_diagnostic(self, diagnostic)
         if error:
             raise RenderFailed(error)
         if carries:
@@ -281,9 +282,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
     def _stamp(self, owner: str, statistics: dict) -> None:
         """Write the statistics to the metadata of the image, if its format supports metadata. `owner`: the view layer, and the view if there are several."""
-        result = self.get_result()
-        for name, value in statistics.items():
-            result.stamp_data_add_field(f"ajar.{owner}.{name}", value if isinstance(value, str) else json.dumps(value))
+        self._add_fields({f"ajar.{owner}.{name}": value if isinstance(value, str) else json.dumps(value) for name, value in statistics.items()})
 
     def _add_fields(self, fields: dict[str, str]) -> None:
         result = self.get_result()
@@ -303,11 +302,6 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         peak = statistics.get("peak_memory_bytes")
         if isinstance(peak, (int, float)):
             self.update_memory_stats(memory_used=peak / 2**20, memory_peak=peak / 2**20)
-
-    def _report(self, diagnostic: ajar.Diagnostic) -> None:
-        kind = {ajar.Diagnostic.Severity.Info: "INFO", ajar.Diagnostic.Severity.Warning: "WARNING"}.get(diagnostic.severity, "ERROR")
-        message = report(diagnostic.message)
-        self.report({kind}, report("{name}: {message}", name=diagnostic.object, message=message) if diagnostic.object else message)
 
     def _fail(self, message: str) -> None:
         if headless.renders_from_command_line():

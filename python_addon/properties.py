@@ -23,10 +23,13 @@ NOISE_ITEMS = [("OFF", "Any", "The noise does not end the render", 0), ("DRAFT",
 
 BAKE_TYPES = [   # with the numbers that they have in Blender
     ("COMBINED", "Combined", "Light that leaves the surface, in the parts that are switched on", 0),
+    ("AO", "Ambient Occlusion", "How open the surface is", 1),
     ("POSITION", "Position", "Places in world space", 3),
     ("NORMAL", "Normal", "Normals, bent by bumps", 4),
     ("UV", "UV", "Coordinates of the UV map", 5),
+    ("ROUGHNESS", "Roughness", "The mean roughness of the surface", 6),
     ("EMIT", "Emit", "Light that the surface emits", 7),
+    ("ENVIRONMENT", "Environment", "The world in the direction of each place from the origin", 8),
     ("DIFFUSE", "Diffuse", "Light that the surface scatters diffusely", 9),
     ("GLOSSY", "Glossy", "Light that the surface reflects", 10),
     ("TRANSMISSION", "Transmission", "Light that the surface lets through", 11),
@@ -116,6 +119,12 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
         name="Sample Density", description="Show how many samples each pixel has, from dark (fewest) to bright (most). It can be switched on while a render runs", default=False)
     hint_collection: bpy.props.StringProperty(name="Light Hints", description="Collection whose curves show where light goes",
                                               default="Light Hints")
+    rolling_shutter_type: inherited.enum(
+        "rolling_shutter_type", "Shutter Type", "How the rows of the picture are exposed", "NONE", "rolling_shutter_type",
+        [("NONE", "None", "All rows together", 0), ("TOP", "Top-Bottom", "One row after another, from the top to the bottom", 1)])
+    rolling_shutter_duration: inherited.number(
+        "rolling_shutter_duration", "Rolling Shutter Duration", "Part of the time of the open shutter during which one row is exposed", 0.1,
+        "rolling_shutter_duration", 0.0, 1.0)
     motion_blur_position: inherited.enum(
         "motion_blur_position", "Position", "When the shutter opens, relative to the frame", "CENTER", "motion_blur_position",
         [("START", "Start on Frame", "The shutter opens at the frame", 0), ("CENTER", "Center on Frame", "The shutter is half open at the frame", 1),
@@ -131,6 +140,8 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     curve_subdivisions: inherited.integer("curve_subdivisions", "Curve Subdivisions", "Subdivisions of each segment of a ribbon", 2, "subdivisions", 0, 24,
                                           group="cycles_curves")
     exposure: core_settings.definition("exposure", "film_exposure")
+    transparent_glass: core_settings.definition("transparent_glass", "film_transparent_glass")
+    transparent_glass_roughness: core_settings.definition("transparent_glass_roughness", "film_transparent_roughness")
     dicing_rate: inherited.number("dicing_rate", "Dicing Rate", "Size of the triangles of adaptive subdivision in pixels, in final renders", 1.0, "dicing_rate", 0.1, 1000.0)
     preview_dicing_rate: inherited.number("preview_dicing_rate", "Viewport Dicing Rate", "Size of the triangles of adaptive subdivision in pixels, in the rendered 3D view",
                                           8.0, "preview_dicing_rate", 0.1, 1000.0)

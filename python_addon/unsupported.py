@@ -32,7 +32,6 @@ def _simplifies(scene: bpy.types.Scene) -> bool:
 
 SCENE = (
     Setting("cycles.use_fast_gi", False, "Fast GI Approximation is not supported: all bounces are followed"),
-    Setting("cycles.film_transparent_glass", False, "Transparent Glass is not supported: glass in front of a transparent film is opaque", lambda scene: scene.render.film_transparent),
     Setting("cycles.texture_limit_render", "OFF", "Texture Limit is not supported: textures keep their size", _simplifies),
     Setting("cycles.texture_resolution_render", 1.0, "Texture Resolution is not supported: textures keep their size", _simplifies),
     Setting("cycles.sample_offset", 0, "Sample Offset is not supported: choose another seed instead"),
@@ -54,11 +53,6 @@ WORLD = (
 )
 CAMERA = (
     Setting("type", "PERSP", "custom cameras are not supported: it is rendered as a perspective one", lambda camera: camera.type == "CUSTOM"),
-)
-MATERIAL = (
-    Setting("cycles.use_transparent_shadow", True, "Transparent Shadows is always on"),
-    Setting("use_transparent_shadow", True, "Transparent Shadows is always on"),
-    Setting("cycles.use_bump_map_correction", True, "Bump Map Correction is always on"),
 )
 
 

@@ -39,6 +39,7 @@ class Stage:
     """The scene that features change. A dim world is its only light until a lamp is added."""
 
     def __init__(self):
+        bpy.context.preferences.edit.keyframe_new_interpolation_type = "LINEAR"
         self.scene = tools.start_scene(SIZE, SIZE, bounces=8)
         self.scene.cycles.light_sampling_threshold = 0.0
         self.floor = tools.add_plane("Floor", (0, 0, 0), (6, 6), tools.diffuse("Floor", GREY))
@@ -1347,9 +1348,6 @@ def in_motion(stage: Stage, thing: bpy.types.Object) -> None:
     for frame, x in ((0, -1.0), (2, -0.2)):
         thing.location.x = x
         thing.keyframe_insert("location", frame=frame)
-    for curve in thing.animation_data.action.fcurves:
-        for key in curve.keyframe_points:
-            key.interpolation = "LINEAR"
     scene.frame_set(1)
 
 
@@ -1372,6 +1370,130 @@ points("points_translucent", "translucent points", lambda: shader("ShaderNodeBsd
 points("points_emission", "points that shine", lambda: tools.emission("Points", (1.0, 0.6, 0.3), 2.0))
 points("points_bump", "points with bump", bumpy, radius=0.3)
 points("points_motion", "points of an object that moves", brown, in_motion)
+
+
+def blurred(stage: Stage, shutter: float = 1.0) -> None:
+    stage.scene.render.use_motion_blur, stage.scene.render.motion_blur_shutter = True, shutter
+    stage.scene.frame_set(1)
+
+
+def shape_key(stage: Stage, thing: bpy.types.Object, move: Callable) -> None:
+    """A shape key that `move` makes, from 0 at frame 0 to 1 at frame 2."""
+    thing.shape_key_add(name="Basis")
+    key = thing.shape_key_add(name="Moved")
+    for point in key.data:
+        point.co = move(point.co)
+    for frame in (0, 2):
+        key.value = frame / 2
+        key.keyframe_insert("value", frame=frame)
+
+
+def clear_film(roughness: float) -> Callable:
+    """Glass of this roughness before a transparent film, whose threshold is 0.1."""
+    def change(stage: Stage):
+        glass = tools._material("Glass", "ShaderNodeBsdfGlass", Color=(0.8, 0.9, 0.7, 1.0), Roughness=roughness, IOR=1.4)
+        stage.material([stage.ball], glass)
+        stage.scene.render.film_transparent = True
+        stage.scene.cycles.film_transparent_glass, stage.scene.cycles.film_transparent_roughness = True, 0.1
+        stage.sun()
+    return change
+
+
+add("film", "transparent_glass", "clear glass before a transparent film, with Transparent Glass", clear_film(0.0))
+add("film", "transparent_glass_rough", "glass that is rougher than the threshold of Transparent Glass", clear_film(0.3))
+
+
+@feature("material", "opaque_shadow", "a transparent material without Transparent Shadows")
+def _(stage):
+    material = tools._material("Veil", "ShaderNodeBsdfTransparent", Color=(0.8, 0.6, 0.9, 1.0))
+    owner = material if hasattr(material, "use_transparent_shadow") else material.cycles
+    owner.use_transparent_shadow = False
+    stage.material([stage.ball], material)
+    stage.sky((0, 0, 0))
+    tools.point_light("Lamp", (-1.2, -2.2, 3.2), 300, radius=0.0)
+
+
+@feature("motion", "deform_keys", "a ball that a shape key stretches")
+def _(stage):
+    shape_key(stage, stage.ball, lambda p: (p.x * 1.6, p.y, p.z * 0.5))
+    blurred(stage)
+
+
+@feature("motion", "deform_moving", "a ball that a shape key stretches and that moves, four steps")
+def _(stage):
+    shape_key(stage, stage.ball, lambda p: (p.x * 1.6, p.y, p.z * 0.5))
+    in_motion(stage, stage.ball)
+    stage.ball.cycles.motion_steps = 4
+
+
+@feature("motion", "deform_smooth_modifier", "a box that a modifier twists, with flat faces")
+def _(stage):
+    twist = stage.box.modifiers.new("Twist", "SIMPLE_DEFORM")
+    stage.box.modifiers.new("Divide", "SUBSURF").subdivision_type = "SIMPLE"
+    twist.deform_method, twist.deform_axis = "TWIST", "Z"
+    for frame, angle in ((0, -0.6), (2, 0.9)):
+        twist.angle = angle
+        twist.keyframe_insert("angle", frame=frame)
+    stage.box.cycles.motion_steps = 3
+    blurred(stage)
+
+
+@feature("motion", "deform_displaced", "a displaced ball that a shape key stretches")
+def _(stage):
+    material = tools.diffuse("Bumpy ball", RED)
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    wave, displacement = nodes.new("ShaderNodeTexWave"), nodes.new("ShaderNodeDisplacement")
+    coordinates = nodes.new("ShaderNodeTexCoord")
+    displacement.inputs["Scale"].default_value = 0.1
+    links.new(coordinates.outputs["Generated"], wave.inputs["Vector"])
+    links.new(wave.outputs["Fac"], displacement.inputs["Height"])
+    links.new(displacement.outputs[0], next(node for node in nodes if node.type == "OUTPUT_MATERIAL").inputs["Displacement"])
+    owner = material.cycles if hasattr(material.cycles, "displacement_method") else material
+    owner.displacement_method = "DISPLACEMENT"
+    stage.material([stage.ball], material)
+    shape_key(stage, stage.ball, lambda p: (p.x * 1.5, p.y, p.z * 0.6))
+    blurred(stage)
+
+
+@feature("motion", "motion_start", "a ball that moves while the shutter is open after the frame")
+def _(stage):
+    in_motion(stage, stage.ball)
+    owner = stage.scene.render if hasattr(stage.scene.render, "motion_blur_position") else stage.scene.cycles
+    owner.motion_blur_position = "START"
+
+
+@feature("motion", "zoom", "a lens that zooms")
+def _(stage):
+    for frame, lens in ((0, 40.0), (2, 60.0)):
+        stage.camera.data.lens = lens
+        stage.camera.data.keyframe_insert("lens", frame=frame)
+    blurred(stage)
+
+
+@feature("motion", "rolling_shutter", "a rolling shutter and a ball that moves")
+def _(stage):
+    in_motion(stage, stage.ball)
+    stage.scene.cycles.rolling_shutter_type, stage.scene.cycles.rolling_shutter_duration = "TOP", 0.2
+
+
+@feature("motion", "shutter_curve", "a shutter that opens slowly and a ball that moves")
+def _(stage):
+    in_motion(stage, stage.ball)
+    mapping = stage.scene.render.motion_blur_shutter_curve
+    points_of_curve = mapping.curves[0].points
+    points_of_curve[0].location, points_of_curve[1].location = (0.0, 0.0), (1.0, 1.0)
+    for point in points_of_curve:
+        point.handle_type = "VECTOR"
+    mapping.update()
+
+
+@feature("motion", "deform_hair", "hair that a shape key of its ball bends and stretches")
+def _(stage):
+    hair(stage, count=400)
+    shape_key(stage, stage.ball, lambda p: (p.x * 1.5, p.y, p.z * 0.6))
+    blurred(stage)
+
+
 points("points_hidden", "points that the camera does not see", brown, lambda stage, thing: setattr(thing, "visible_camera", False))
 
 

@@ -13,7 +13,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'K'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'L'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -192,6 +192,7 @@ template <class A>
 void fields(A& a, MaterialDescription& v) {
   all(a, v.name, v.graph, v.pass_index);
   if (a.has('H')) all(a, v.displacement_method);
+  if (a.has('L')) all(a, v.transparent_shadow, v.bump_map_correction);
 }
 template <class A>
 void fields(A& a, ImageTile& v) {
@@ -233,6 +234,7 @@ void fields(A& a, MeshDescription& mesh) {
   if (a.has('B')) all(a, v.strands, v.radii, v.strand_shape, v.strand_subdivisions);
   if (a.has('G')) all(a, v.grids, v.density_in_object_space);
   if (a.has('I')) visit(a, v.subdivision);
+  if (a.has('L')) all(a, v.motion_positions, v.motion_normals, v.motion_radii);
 }
 template <class A>
 void fields(A& a, ObjectProperty& v) {
@@ -290,6 +292,7 @@ void fields(A& a, CameraDescription& v) {
   if (a.has('4')) visit(a, v.panorama);
   if (a.has('6')) all(a, v.motion, v.shutter);
   if (a.has('K')) visit(a, v.frames);
+  if (a.has('L')) all(a, v.window_motion, v.row_exposure);
 }
 template <class A>
 void fields(A& a, DicingDescription& v) {

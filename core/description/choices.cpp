@@ -11,7 +11,8 @@ constexpr Choice<FilterKind> kFilters[] = {
 
 constexpr Choice<BumpTerminator> kBumpTerminators[] = {
     {BumpTerminator::Cubic, "cubic", "Cubic", "As in Blender until 4.4"},
-    {BumpTerminator::Microfacet, "microfacet", "Microfacet", "As in Blender since 4.5"}};
+    {BumpTerminator::Microfacet, "microfacet", "Microfacet", "As in Blender since 4.5"},
+    {BumpTerminator::None, "none", "None", "Hard edges"}};
 
 constexpr Choice<DirectMethod> kDirectMethods[] = {
     {DirectMethod::Mis, "mis", "Multiple Importance",

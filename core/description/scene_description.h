@@ -66,6 +66,8 @@ struct MaterialDescription {
   NodeGraph graph;
   int pass_index = 0;
   DisplacementMethod displacement_method = DisplacementMethod::Bump;
+  bool transparent_shadow = true;  ///< whether light passes its transparent parts on a straight way; else it is blocked
+  bool bump_map_correction = true;  ///< whether light fades softly where a bump faces it and the surface does not
 };
 
 /// How the colours and the alpha of an image are related. With the first two, an image file decides by itself whether
@@ -214,6 +216,11 @@ struct MeshDescription {
   /// in volume objects of Blender.
   bool density_in_object_space = false;
   SubdivisionDescription subdivision;
+  /// The shape at evenly spaced times while the shutter is open: the positions of the first time, then those of the
+  /// second, and so on; normals and radii likewise, as many for each time as in `normals` and `radii`. `positions` has
+  /// the shape of the frame. Empty: the shape stays as it is.
+  std::vector<Vec3> motion_positions, motion_normals;
+  std::vector<float> motion_radii;
   /// If set, that mesh is used and no other field is read. A scene that is built after another one takes over the
   /// meshes that both share, with their structures, instead of copying and building them.
   std::shared_ptr<const MeshDescription> shared;
@@ -391,6 +398,11 @@ struct CameraDescription {
   std::vector<Texel> texels;  ///< for each pixel of the film, rows from the bottom up; scene files do not store them
   /// world_from_camera one frame before and one after, for the pass Vector; empty: the camera does not move.
   std::vector<std::array<float, 12>> frames;
+  /// screen_window at evenly spaced times while the shutter is open; empty: it does not change.
+  std::vector<Vec4> window_motion;
+  /// Rolling shutter: the part of the shutter interval while which one row of pixels is exposed. The top row begins
+  /// first, and the bottom row ends last. 1: all rows are exposed together.
+  float row_exposure = 1.0f;
   bool operator==(const CameraDescription&) const = default;
 };
 

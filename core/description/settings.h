@@ -56,6 +56,8 @@ struct RenderSettings {
   bool denoised = false;  ///< the owner denoises the image
   float pass_alpha_threshold = 0.5f;
   float ao_distance = 10.0f;
+  bool transparent_glass = false;
+  float transparent_glass_roughness = 0.1f;
   bool operator==(const RenderSettings&) const = default;
 };
 

@@ -195,7 +195,7 @@ void validate_faces(MeshDescription& mesh, ValidationCounts& counts, Diagnostics
   validate_creases(s.creased_vertices, s.vertex_sharpness, [&](uint32_t v) { return v < vertices; });
 }
 
-void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics& diagnostics) {
+void validate_shape(MeshDescription& mesh, ValidationCounts& counts, Diagnostics& diagnostics) {
   if (!mesh.strands.empty()) {
     mesh.subdivision = {};
     validate_strands(mesh, counts, diagnostics);
@@ -243,7 +243,7 @@ void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics&
     if (!bad && !bad_vertex.empty()) bad = bad_vertex[i.x] || bad_vertex[i.y] || bad_vertex[i.z];
     if (!bad) {
       const Vec3 p = mesh.positions[i.x], q = mesh.positions[i.y], r = mesh.positions[i.z];
-      flat = p == q || q == r || r == p;
+      flat = mesh.motion_positions.empty() && (p == q || q == r || r == p);
     }
     if (!bad && !flat) continue;
     if (keep.empty()) keep.assign(triangle_count, 1);
@@ -261,6 +261,40 @@ void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics&
   }
   if (repaired > 0) warn(count_of(repaired, "invalid normal or attribute value") + " replaced.");
   counts.repaired_values += repaired;
+}
+
+/// The number of shapes of a mesh while the shutter is open; 0 if they do not match the mesh or are not finite.
+size_t usable_shapes(const MeshDescription& mesh) {
+  const size_t vertices = mesh.positions.size(), normals = mesh.normals.size();
+  if (vertices == 0 || mesh.motion_positions.size() % vertices != 0) return 0;
+  const size_t count = mesh.motion_positions.size() / vertices;
+  const bool matches = count >= 2 && count <= 129 && mesh.subdivision.empty() &&
+                       (mesh.motion_normals.empty() || mesh.motion_normals.size() == count * normals) &&
+                       (mesh.motion_radii.empty() || mesh.motion_radii.size() == count * vertices);
+  const auto all_finite = [](const auto& values, auto test) { return std::all_of(values.begin(), values.end(), test); };
+  const auto vector = [](Vec3 v) { return is_finite(v); };
+  return matches && all_finite(mesh.motion_positions, vector) && all_finite(mesh.motion_normals, vector) &&
+                 all_finite(mesh.motion_radii, [](float x) { return std::isfinite(x); })
+             ? count
+             : 0;
+}
+
+/// A mesh whose shapes cannot be used keeps that of the frame.
+void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics& diagnostics) {
+  if (mesh.motion_positions.empty()) {
+    validate_shape(mesh, counts, diagnostics);
+    return;
+  }
+  const size_t shapes = usable_shapes(mesh);
+  if (shapes > 0) validate_shape(mesh, counts, diagnostics);
+  if (shapes > 0 && usable_shapes(mesh) == shapes) return;
+  mesh.motion_positions.clear();
+  mesh.motion_normals.clear();
+  mesh.motion_radii.clear();
+  if (shapes == 0) validate_shape(mesh, counts, diagnostics);
+  report_once(diagnostics,
+              {Severity::Warning, mesh.name,
+               "Its shapes while the shutter is open do not match the mesh; it is rendered without deformation."});
 }
 
 bool finite(const std::array<float, 12>& rows) {
@@ -287,9 +321,12 @@ void validate_camera(const CameraDescription& camera) {
     throw SceneError("Camera '" + camera.name + "' has an invalid motion.");
   if (!std::all_of(camera.frames.begin(), camera.frames.end(), finite))
     throw SceneError("Camera '" + camera.name + "' has an invalid motion.");
-  const Vec4 w = camera.screen_window;
-  if (!(w.y > w.x) || !(w.w > w.z) || !std::isfinite(w.y - w.x) || !std::isfinite(w.w - w.z))
-    throw SceneError("Camera '" + camera.name + "' has an empty field of view.");
+  const auto is_window = [](Vec4 w) {
+    return w.y > w.x && w.w > w.z && std::isfinite(w.y - w.x) && std::isfinite(w.w - w.z);
+  };
+  if (!std::all_of(camera.window_motion.begin(), camera.window_motion.end(), is_window))
+    throw SceneError("Camera '" + camera.name + "' has an invalid motion.");
+  if (!is_window(camera.screen_window)) throw SceneError("Camera '" + camera.name + "' has an empty field of view.");
   const PanoramaDescription& p = camera.panorama;
   const bool empty = p.limits.x == p.limits.y || p.limits.z == p.limits.w || !(p.fisheye_fov > 0.0f) ||
                      !(p.fisheye_lens > 0.0f) || !(p.sensor.x > 0.0f) || !(p.sensor.y > 0.0f);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kMattes[] = {"CryptoObject", "CryptoMaterial", "CryptoAsset"};
 constexpr int kSpareRanks = 4;  ///< of a table, beyond those that its passes show
-constexpr std::string_view kMotion = "Vector", kOcclusion = "AO";
+constexpr std::string_view kMotion = "Vector", kOcclusion = "AO", kRoughness = "Roughness";
 
 bool by_weight(const std::pair<float, double>& a, const std::pair<float, double>& b) {
   // The order of equal coverages must not depend on the order of the samples.
@@ -68,6 +68,7 @@ ExtraPasses::ExtraPasses(const std::vector<std::string>& passes, size_t pixels) 
       groups_.push_back(group);
     if (pass == kMotion) motion_.resize(pixels, glm::dvec4(0.0)), motion_count_.resize(pixels);
     if (pass == kOcclusion) occlusion_.resize(pixels);
+    if (pass == kRoughness) roughness_.resize(pixels);
   }
   aovs_.resize(pixels * aov_passes_.size(), Vec4(0.0f));
   group_light_.resize(pixels * groups_.size(), glm::dvec3(0.0));
@@ -80,14 +81,15 @@ uint64_t ExtraPasses::bytes_per_pixel(const std::vector<std::string>& passes) {
     if (aov_pass(pass)) bytes += sizeof(Vec4);
     if (!light_group_of(pass).empty()) bytes += sizeof(glm::dvec3);
     if (pass == kMotion) bytes += sizeof(glm::dvec4) + sizeof(float);
-    if (pass == kOcclusion) bytes += sizeof(double);
+    if (pass == kOcclusion || pass == kRoughness) bytes += sizeof(double);
   }
   return bytes;
 }
 
 uint64_t ExtraPasses::memory_bytes() const {
   uint64_t bytes = aovs_.size() * sizeof(Vec4) + group_light_.size() * sizeof(glm::dvec3) +
-                   motion_.size() * (sizeof(glm::dvec4) + sizeof(float)) + occlusion_.size() * sizeof(double);
+                   motion_.size() * (sizeof(glm::dvec4) + sizeof(float)) +
+                   (occlusion_.size() + roughness_.size()) * sizeof(double);
   for (const Table& table : tables_) bytes += table.all.size() * sizeof(Rank);
   return bytes;
 }
@@ -96,6 +98,7 @@ void ExtraPasses::begin(SampleExtras& extras, uint32_t pixel, uint32_t index) co
   extras.wants_mattes = any_mattes_;
   extras.wants_motion = !motion_.empty();
   extras.wants_occlusion = !occlusion_.empty();
+  extras.wants_roughness = !roughness_.empty();
   extras.aov_passes = aov_passes_.empty() ? nullptr : &aov_passes_;
   extras.pixel = pixel;
   extras.index = index;
@@ -103,7 +106,7 @@ void ExtraPasses::begin(SampleExtras& extras, uint32_t pixel, uint32_t index) co
   extras.aovs.assign(aov_passes_.size(), Vec4(0.0f));
   extras.motion = Vec4(0.0f);
   extras.has_motion = false;
-  extras.occlusion = 0.0f;
+  extras.occlusion = extras.roughness = 0.0f;
 }
 
 void ExtraPasses::add_to(Table& table, size_t pixel, float id, float weight) {
@@ -133,6 +136,7 @@ void ExtraPasses::add(size_t pixel, const SampleExtras& extras) {
     motion_count_[pixel] += 1.0f;
   }
   if (!occlusion_.empty() && std::isfinite(extras.occlusion)) occlusion_[pixel] += double(extras.occlusion);
+  if (!roughness_.empty() && std::isfinite(extras.roughness)) roughness_[pixel] += double(extras.roughness);
 }
 
 void ExtraPasses::add_groups(size_t pixel, const std::vector<Color>& light) {
@@ -140,7 +144,8 @@ void ExtraPasses::add_groups(size_t pixel, const std::vector<Color>& light) {
 }
 
 bool ExtraPasses::makes(const std::string& pass) {
-  return matte_pass(pass) || aov_pass(pass) || !light_group_of(pass).empty() || pass == kMotion || pass == kOcclusion;
+  return matte_pass(pass) || aov_pass(pass) || !light_group_of(pass).empty() || pass == kMotion || pass == kOcclusion ||
+         pass == kRoughness;
 }
 
 void ExtraPasses::resolve(const std::string& pass, size_t pixel, double count, float exposure, float* out) const {
@@ -173,6 +178,8 @@ void ExtraPasses::resolve(const std::string& pass, size_t pixel, double count, f
     for (int c = 0; c < 4; ++c) out[c] = float(motion_[pixel][c] / double(motion_count_[pixel]));
   } else if (pass == kOcclusion) {
     for (int c = 0; c < 3 && !occlusion_.empty(); ++c) out[c] = float(occlusion_[pixel] * scale);
+  } else if (pass == kRoughness) {
+    if (!roughness_.empty()) out[0] = float(roughness_[pixel] * scale);
   }
 }
 

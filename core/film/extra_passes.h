@@ -1,5 +1,5 @@
 // Passes that are accumulated in tables of their own, only if they are asked for: Cryptomatte, AOVs, light groups, motion
-// vectors, and ambient occlusion.
+// vectors, ambient occlusion and roughness.
 //
 // Cryptomatte 1.2 (Friedman and Jones 2015): a matte is identified by a 32-bit hash of its name, stored as a float. The
 // pass has, for each pixel, the ids with the largest coverage and their coverages. A pixel has a table of some more ids
@@ -50,14 +50,14 @@ struct MatteSample {
 
 /// Values of one sample for these passes.
 struct SampleExtras {
-  bool wants_mattes = false, wants_motion = false, wants_occlusion = false;
+  bool wants_mattes = false, wants_motion = false, wants_occlusion = false, wants_roughness = false;
   const std::vector<AovPass>* aov_passes = nullptr;  ///< null: none
   uint32_t pixel = 0, index = 0;                     ///< the number of the pixel and of its sample
   std::vector<MatteSample> mattes;
   std::vector<Vec4> aovs;  ///< for each of aov_passes
   Vec4 motion{0.0f};
   bool has_motion = false;
-  float occlusion = 0.0f;
+  float occlusion = 0.0f, roughness = 0.0f;
 };
 
 class ExtraPasses {
@@ -68,7 +68,9 @@ class ExtraPasses {
   static uint64_t bytes_per_pixel(const std::vector<std::string>& passes);
   uint64_t memory_bytes() const;
   /// Whether any of them is made from SampleExtras.
-  bool wanted() const { return any_mattes_ || !aov_passes_.empty() || !motion_.empty() || !occlusion_.empty(); }
+  bool wanted() const {
+    return any_mattes_ || !aov_passes_.empty() || !motion_.empty() || !occlusion_.empty() || !roughness_.empty();
+  }
   /// The light groups whose passes are asked for, in the order in which add_groups expects their light.
   const std::vector<std::string>& groups() const { return groups_; }
   /// Prepares the values of sample `index` of a pixel.
@@ -98,7 +100,7 @@ class ExtraPasses {
   std::vector<glm::dvec3> group_light_;
   std::vector<glm::dvec4> motion_;
   std::vector<float> motion_count_;
-  std::vector<double> occlusion_;
+  std::vector<double> occlusion_, roughness_;
 };
 
 /// The passes of one matte of two renders, merged by the ids of their ranks. Two ranks of a pixel are four floats in a

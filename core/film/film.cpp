@@ -78,6 +78,7 @@ const std::vector<PassInfo>& known_passes() {
                                             {"VolumeInd", 3},
                                             {"Vector", 4},
                                             {"AO", 3},
+                                            {"Roughness", 1},
                                             {"Sample Count", 1},
                                             {"Halves", 6},
                                             {"Shadow Catcher", 3},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "geometry/deformation.h"
 #include "math/warps.h"
 
 namespace ajar {
@@ -35,6 +36,7 @@ Camera::Camera(const CameraDescription& description, int width, int height)
       width_(width),
       height_(height),
       window_(description.screen_window),
+      row_exposure_(glm::clamp(description.row_exposure, 0.0f, 1.0f)),
       clip_start_(description.clip_start),
       clip_end_(description.clip_end),
       lens_radius_(description.aperture_radius),
@@ -49,7 +51,8 @@ Camera::Camera(const CameraDescription& description, int width, int height)
   if (description.frames.size() == 2)
     for (const auto& rows : description.frames) frames_.push_back(glm::affineInverse(without_scale(to_matrix(rows))));
   camera_from_world_ = glm::inverse(world_from_camera_);
-  pixel_area_ = std::abs((window_.y - window_.x) * (window_.w - window_.z)) / (float(width_) * float(height_));
+  pixel_area_ = pixel_area(window_);
+  if (description.window_motion.size() > 1 && kind_ != CameraKind::Panorama) windows_ = description.window_motion;
   if (lens_radius_ > 0.0f && kind_ == CameraKind::Orthographic) lens_depth_ = clip_start_;
   if (lens_radius_ > 0.0f) {
     const float unit = blades_ < 3 ? kPi : 0.5f * float(blades_) * std::sin(2.0f * kPi / float(blades_));
@@ -64,11 +67,17 @@ float Camera::time_of(float u) const {
   return shutter_[first] + (place - float(first)) * (shutter_[first + 1] - shutter_[first]);
 }
 
+Vec4 Camera::window(float time) const {
+  if (!zooms()) return window_;
+  const KeyPair at = keys_at(time, windows_.size());
+  return (1.0f - at.share) * windows_[at.first] + at.share * windows_[at.first + 1];
+}
+
 /// Transforms a ray from camera space at the time of the ray.
 Ray Camera::to_world(Ray ray) const {
   Mat4 moved;
-  if (moves()) moved = pose(ray.time);
-  const Mat4& frame = moves() ? moved : world_from_camera_;
+  if (is_carried()) moved = pose(ray.time);
+  const Mat4& frame = is_carried() ? moved : world_from_camera_;
   ray.origin = transform_point(frame, ray.origin);
   ray.direction = glm::normalize(transform_vector(frame, ray.direction));
   return ray;
@@ -92,7 +101,7 @@ Vec2 Camera::sample_lens(Vec2 u) const {
 }
 
 Vec3 Camera::lens_point(Vec2 lens, float time) const {
-  if (!has_lens() || lens_turns()) return moves() ? Vec3(pose(time)[3]) : position();
+  if (!has_lens() || lens_turns()) return is_carried() ? Vec3(pose(time)[3]) : position();
   return transform_point(pose(time), Vec3(lens, -lens_depth_));
 }
 
@@ -107,7 +116,7 @@ std::optional<Vec2> Camera::film_of(Vec2 lens, Vec3 p, float time) const {
     const float distance = glm::length(local);
     if (!(distance >= clip_start_ && distance <= clip_end_ && distance > 0.0f)) return std::nullopt;
     const auto found = panorama_.film_of(local / distance);
-    return found ? std::optional(on_film(*found)) : std::nullopt;
+    return found ? std::optional(on_film(*found, window_)) : std::nullopt;
   }
   const float depth = -local.z;
   if (!(depth >= clip_start_ && depth <= clip_end_ && depth > 0.0f)) return std::nullopt;
@@ -122,7 +131,7 @@ std::optional<Vec2> Camera::film_of(Vec2 lens, Vec3 p, float time) const {
   } else if (!is_orthographic()) {
     window /= depth;
   }
-  return on_film(window);
+  return on_film(window, this->window(time));
 }
 
 std::optional<Vec2> Camera::film_at_frame(Vec3 p, int frame) const {
@@ -131,11 +140,11 @@ std::optional<Vec2> Camera::film_at_frame(Vec3 p, int frame) const {
   if (kind_ == CameraKind::Panorama) {
     const float distance = glm::length(local);
     const auto found = distance > 0.0f ? panorama_.film_of(local / distance) : std::nullopt;
-    return found ? std::optional(on_film(*found)) : std::nullopt;
+    return found ? std::optional(on_film(*found, window_)) : std::nullopt;
   }
-  if (is_orthographic()) return on_film(Vec2(local));
+  if (is_orthographic()) return on_film(Vec2(local), window_);
   if (!(-local.z > 0.0f)) return std::nullopt;
-  return on_film(Vec2(local) / -local.z);
+  return on_film(Vec2(local) / -local.z, window_);
 }
 
 bool Camera::finds_film(float margin) const {
@@ -149,8 +158,8 @@ float Camera::film_density(Vec3 direction, float time) const {
     return panorama_.density(transform_vector(inverse_pose(time), direction)) / pixel_area_;
   const float cos_theta = glm::dot(direction, forward(time));
   if (!(cos_theta > 0.0f)) return 0.0f;
-  return is_orthographic() ? 1.0f / (pixel_area_ * cos_theta)
-                           : 1.0f / (pixel_area_ * cos_theta * cos_theta * cos_theta);
+  const float area = zooms() ? pixel_area(window(time)) : pixel_area_;
+  return is_orthographic() ? 1.0f / (area * cos_theta) : 1.0f / (area * cos_theta * cos_theta * cos_theta);
 }
 
 Ray Camera::generate_ray(Vec2 film, Vec2 u_lens, float time) const {
@@ -165,7 +174,7 @@ Ray Camera::panoramic_ray(Vec2 film, Vec2 lens, float time) const {
   ray.origin = position();
   ray.direction = forward();
   ray.t_max = -1.0f;
-  const auto seen = panorama_.direction_of(on_window(film));
+  const auto seen = panorama_.direction_of(on_window(film, window_));
   if (!seen) return ray;
   Vec3 origin(0.0f), direction = *seen;
   if (has_lens()) {
@@ -218,7 +227,7 @@ Ray Camera::texel_ray(Vec2 film, float time) const {
 Ray Camera::ray_through(Vec2 film, Vec2 lens, float time) const {
   if (kind_ == CameraKind::Panorama) return panoramic_ray(film, lens, time);
   if (sees_texels()) return texel_ray(film, time);
-  const Vec2 window = on_window(film);
+  const Vec2 window = on_window(film, zooms() ? this->window(time) : window_);
   Vec3 origin(0.0f), direction(window, -1.0f);
   if (kind_ == CameraKind::Orthographic) {
     origin = Vec3(window, -lens_depth_);

@@ -46,7 +46,7 @@ class Camera {
   /// Whether the camera sees anything at a point of the film.
   bool sees(Vec2 film) const {
     if (sees_texels()) return !sees_nothing(texel_ray(film, 0.0f));
-    return kind_ != CameraKind::Panorama || panorama_.direction_of(on_window(film)).has_value();
+    return kind_ != CameraKind::Panorama || panorama_.direction_of(on_window(film, window_)).has_value();
   }
   /// Film point of the ray from lens point `lens` to p; it can be outside the frame. Empty if p is behind the camera or
   /// clipped.
@@ -72,33 +72,47 @@ class Camera {
   std::optional<Vec2> film_at_frame(Vec3 p, int frame) const;
 
   bool sees_texels() const { return kind_ == CameraKind::Texels; }
-  bool moves() const { return motion_.size() > 1; }
+  /// Whether the camera moves or zooms while the shutter is open.
+  bool moves() const { return is_carried() || zooms(); }
   /// Time in [0, 1] of the shutter interval for a uniform number in [0, 1).
   float time_of(float u) const;
+  /// The same for a row of the film, counted from the bottom. With a rolling shutter, rows have times of their own.
+  float time_of(float u, int row) const {
+    const float time = time_of(u);
+    if (row_exposure_ >= 1.0f) return time;
+    return row_exposure_ * time + (1.0f - row_exposure_) * (1.0f - float(row) / float(height_));
+  }
   bool has_lens() const { return lens_radius_ > 0.0f; }
   /// The lens of a panorama is perpendicular to each direction, so that its points depend on the film point.
   bool lens_turns() const { return has_lens() && kind_ == CameraKind::Panorama; }
   const Mat4& world_from_camera() const { return world_from_camera_; }
   Vec3 position() const { return Vec3(world_from_camera_[3]); }
   Vec3 forward() const { return -Vec3(world_from_camera_[2]); }
-  Vec3 forward(float time) const { return moves() ? -Vec3(pose(time)[2]) : forward(); }
+  Vec3 forward(float time) const { return is_carried() ? -Vec3(pose(time)[2]) : forward(); }
   int width() const { return width_; }
   int height() const { return height_; }
 
  private:
+  bool is_carried() const { return motion_.size() > 1; }
+  bool zooms() const { return windows_.size() > 1; }
   /// world_from_camera at a time.
-  Mat4 pose(float time) const { return moves() ? interpolate(motion_, time) : world_from_camera_; }
-  Mat4 inverse_pose(float time) const { return moves() ? glm::affineInverse(pose(time)) : camera_from_world_; }
+  Mat4 pose(float time) const { return is_carried() ? interpolate(motion_, time) : world_from_camera_; }
+  Mat4 inverse_pose(float time) const { return is_carried() ? glm::affineInverse(pose(time)) : camera_from_world_; }
+  /// screen_window at a time.
+  Vec4 window(float time) const;
+  float pixel_area(const Vec4& window) const {
+    return std::abs((window.y - window.x) * (window.w - window.z)) / (float(width_) * float(height_));
+  }
   Ray panoramic_ray(Vec2 film, Vec2 lens, float time) const;
   Ray texel_ray(Vec2 film, float time) const;
   Ray to_world(Ray ray) const;
-  Vec2 on_window(Vec2 film) const {
-    return {window_.x + (window_.y - window_.x) * film.x / float(width_),
-            window_.z + (window_.w - window_.z) * film.y / float(height_)};
+  Vec2 on_window(Vec2 film, const Vec4& window) const {
+    return {window.x + (window.y - window.x) * film.x / float(width_),
+            window.z + (window.w - window.z) * film.y / float(height_)};
   }
-  Vec2 on_film(Vec2 window) const {
-    return {(window.x - window_.x) / (window_.y - window_.x) * float(width_),
-            (window.y - window_.z) / (window_.w - window_.z) * float(height_)};
+  Vec2 on_film(Vec2 place, const Vec4& window) const {
+    return {(place.x - window.x) / (window.y - window.x) * float(width_),
+            (place.y - window.z) / (window.w - window.z) * float(height_)};
   }
 
   CameraKind kind_ = CameraKind::Perspective;
@@ -110,6 +124,8 @@ class Camera {
   std::vector<Mat4> frames_;  ///< camera_from_world one frame before and one after; empty: no motion
   int width_ = 1, height_ = 1;
   Vec4 window_{-1, 1, -1, 1};
+  std::vector<Vec4> windows_;  ///< window_ at evenly spaced times while the shutter is open; empty: it stays
+  float row_exposure_ = 1.0f;
   float clip_start_ = 0.0f, clip_end_ = kInfinity;
   float lens_radius_ = 0.0f, focus_distance_ = 1.0f;
   /// distance of the lens in front of the camera; an orthographic lens is at the near clipping plane, as in Cycles

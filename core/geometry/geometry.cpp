@@ -9,6 +9,7 @@ size_t BuiltMesh::memory_bytes() const {
   for (const VoxelGrid& grid : grids) bytes += grid.memory_bytes();
   if (strands) bytes += strands->memory_bytes();
   if (points) bytes += points->memory_bytes();
+  if (deformation) bytes += deformation->memory_bytes();
   if (undisplaced) {
     bytes += (undisplaced->positions.size() + undisplaced->normals.size()) * sizeof(Vec3);
     for (const Attribute& tangent : undisplaced->tangents) bytes += tangent.values.size() * sizeof(float);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "description/scene_description.h"
+#include "geometry/deformation.h"
 #include "geometry/motion.h"
 #include "geometry/points.h"
 #include "geometry/strands.h"
@@ -40,6 +41,9 @@ struct BuiltMesh {
   /// point.
   std::shared_ptr<const Strands> strands;
   std::shared_ptr<const Points> points;
+  /// Of triangles, in the space of the positions; null: the shape stays as it is while the shutter is open. Strands and
+  /// points have their own.
+  std::shared_ptr<const Deformation> deformation;
   std::vector<VoxelGrid> grids;                   ///< of the volume inside; in object space, also if the mesh is baked
   bool density_in_object_space = false;           ///< see MeshDescription
   std::shared_ptr<const MeshDescription> source;  ///< the description it was built from, if later scenes can share it
@@ -47,6 +51,25 @@ struct BuiltMesh {
   size_t memory_bytes() const;
   bool has_triangles() const { return !strands && !points; }
   bool empty() const { return triangles.empty() && has_triangles(); }
+  /// Whether its shape changes while the shutter is open.
+  bool deforms() const {
+    return deformation || (strands && !strands->motion.empty()) || (points && !points->motion.empty());
+  }
+  /// Positions of the vertices of a triangle at a time of the shutter interval.
+  Corners corners(uint32_t triangle, float time) const {
+    const UVec3 v = triangles[triangle];
+    if (deformation) [[unlikely]]
+      return deformation->corners(v, time);
+    return {positions[v.x], positions[v.y], positions[v.z]};
+  }
+  /// Shading normals at the vertices of a triangle. There must be some.
+  Corners corner_normals(uint32_t triangle, float time) const {
+    const UVec3 v = normal_domain == Domain::Vertex ? triangles[triangle]
+                                                    : UVec3(3 * triangle, 3 * triangle + 1, 3 * triangle + 2);
+    if (deformation) [[unlikely]]
+      return deformation->corner_normals(v, time);
+    return {normals[v.x], normals[v.y], normals[v.z]};
+  }
 
   /// Index of the attribute with this name, or -1.
   int find_attribute(const std::string& attribute_name) const;

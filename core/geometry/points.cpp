@@ -10,13 +10,27 @@ std::shared_ptr<const Points> make_points(const MeshDescription& mesh) {
   made->spheres.reserve(mesh.positions.size());
   for (size_t i = 0; i < mesh.positions.size(); ++i)
     made->spheres.emplace_back(mesh.positions[i], mesh.radii[i] > 0.0f ? mesh.radii[i] : -1.0f);
+  const size_t shapes = shape_count(mesh), count = mesh.positions.size();
+  for (size_t shape = 0; shapes > 1 && shape < shapes; ++shape) {
+    std::vector<Vec4> moved;
+    moved.reserve(count);
+    for (size_t i = 0; i < count; ++i) {
+      const float radius = mesh.motion_radii.empty() ? mesh.radii[i] : mesh.motion_radii[shape * count + i];
+      moved.emplace_back(mesh.motion_positions[shape * count + i], radius > 0.0f ? radius : -1.0f);
+    }
+    made->motion.push_back(std::move(moved));
+  }
   return made;
 }
 
 std::shared_ptr<const Points> transformed(const Points& points, const Mat4& matrix) {
   auto moved = std::make_shared<Points>(points);
   const float growth = std::cbrt(std::abs(glm::determinant(Mat3(matrix))));
-  for (Vec4& sphere : moved->spheres) sphere = Vec4(transform_point(matrix, Vec3(sphere)), sphere.w * growth);
+  const auto move = [&](std::vector<Vec4>& spheres) {
+    for (Vec4& sphere : spheres) sphere = Vec4(transform_point(matrix, Vec3(sphere)), sphere.w * growth);
+  };
+  move(moved->spheres);
+  for (std::vector<Vec4>& spheres : moved->motion) move(spheres);
   return moved;
 }
 

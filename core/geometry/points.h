@@ -7,14 +7,22 @@
 #include <memory>
 #include <vector>
 
-#include "description/scene_description.h"
+#include "geometry/deformation.h"
 
 namespace ajar {
 
 struct Points {
   std::vector<Vec4> spheres;  ///< centre and radius; a radius of -1: the point is invisible
+  /// `spheres` at evenly spaced times while the shutter is open; empty: they do not move
+  std::vector<std::vector<Vec4>> motion;
 
-  size_t memory_bytes() const { return spheres.size() * sizeof(Vec4); }
+  /// The sphere of a point at a time of the shutter interval.
+  Vec4 sphere(uint32_t point, float time) const {
+    if (motion.empty()) return spheres[point];
+    const KeyPair at = keys_at(time, motion.size());
+    return (1.0f - at.share) * motion[at.first][point] + at.share * motion[at.first + 1][point];
+  }
+  size_t memory_bytes() const { return spheres.size() * (1 + motion.size()) * sizeof(Vec4); }
 };
 
 /// `mesh` must be a valid point cloud.

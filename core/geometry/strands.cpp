@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/deformation.h"
+
 namespace ajar {
 
 namespace {
@@ -24,13 +26,24 @@ Vec4 sum(const Vec4* keys, Vec4 weights) {
 
 }  // namespace
 
-Vec3 Strands::center(uint32_t segment, float u) const {
-  const Vec4* const k = &keys[first_key[segment]];
+const Vec4* Strands::control(uint32_t segment, float time, std::array<Vec4, 4>& mixed) const {
+  const uint32_t first = first_key[segment];
+  if (motion.empty()) return &keys[first];
+  const KeyPair at = keys_at(time, motion.size());
+  for (uint32_t i = 0; i < 4; ++i)
+    mixed[i] = (1.0f - at.share) * motion[at.first][first + i] + at.share * motion[at.first + 1][first + i];
+  return mixed.data();
+}
+
+Vec3 Strands::center(uint32_t segment, float u, float time) const {
+  std::array<Vec4, 4> mixed;
+  const Vec4* const k = control(segment, time, mixed);
   return Vec3(shape == StrandShape::Linear ? k[1] + u * (k[2] - k[1]) : sum(k, catmull_rom(u)));
 }
 
-Vec3 Strands::tangent(uint32_t segment, float u) const {
-  const Vec4* const k = &keys[first_key[segment]];
+Vec3 Strands::tangent(uint32_t segment, float u, float time) const {
+  std::array<Vec4, 4> mixed;
+  const Vec4* const k = control(segment, time, mixed);
   const Vec3 along(shape == StrandShape::Linear ? k[2] - k[1] : sum(k, catmull_rom_derivative(u)));
   if (length_squared(along) > 0.0f) return along;
   // Where points coincide, use the direction between their neighbours.
@@ -38,13 +51,14 @@ Vec3 Strands::tangent(uint32_t segment, float u) const {
   return length_squared(neighbours) > 0.0f ? neighbours : Vec3(0, 0, 1);
 }
 
-float Strands::radius(uint32_t segment, float u) const {
-  const Vec4* const k = &keys[first_key[segment]];
+float Strands::radius(uint32_t segment, float u, float time) const {
+  std::array<Vec4, 4> mixed;
+  const Vec4* const k = control(segment, time, mixed);
   return k[1].w + u * (k[2].w - k[1].w);
 }
 
 size_t Strands::memory_bytes() const {
-  return keys.size() * sizeof(Vec4) + (first_key.size() + roots.size()) * sizeof(uint32_t) +
+  return keys.size() * (1 + motion.size()) * sizeof(Vec4) + (first_key.size() + roots.size()) * sizeof(uint32_t) +
          (intercepts.size() + lengths.size()) * sizeof(float);
 }
 
@@ -76,13 +90,32 @@ std::shared_ptr<const Strands> make_strands(const MeshDescription& mesh) {
       for (size_t point = first; point < end; ++point) s.intercepts[point] /= length;
     s.lengths.push_back(length);
   }
+  const size_t shapes = shape_count(mesh);
+  for (size_t shape = 0; shapes > 1 && shape < shapes; ++shape) {
+    std::vector<Vec4> moved;
+    moved.reserve(s.keys.size());
+    const Vec3* const positions = mesh.motion_positions.data() + shape * points;
+    const float* const radii = mesh.motion_radii.empty() ? mesh.radii.data() : &mesh.motion_radii[shape * points];
+    for (size_t i = 0; i < strands; ++i) {
+      const size_t first = mesh.strands[i], end = i + 1 < strands ? mesh.strands[i + 1] : points;
+      const auto key = [&](size_t point) { moved.emplace_back(positions[point], radii[point]); };
+      key(first);
+      for (size_t point = first; point < end; ++point) key(point);
+      key(end - 1);
+    }
+    s.motion.push_back(std::move(moved));
+  }
   return made;
 }
 
 std::shared_ptr<const Strands> transformed(const Strands& strands, const Mat4& matrix) {
   auto moved = std::make_shared<Strands>(strands);
   const float growth = std::cbrt(std::abs(glm::determinant(Mat3(matrix))));
-  for (Vec4& key : moved->keys) key = Vec4(transform_point(matrix, Vec3(key)), key.w * growth);
+  const auto move = [&](std::vector<Vec4>& keys) {
+    for (Vec4& key : keys) key = Vec4(transform_point(matrix, Vec3(key)), key.w * growth);
+  };
+  move(moved->keys);
+  for (std::vector<Vec4>& keys : moved->motion) move(keys);
   return moved;
 }
 

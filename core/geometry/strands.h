@@ -7,6 +7,7 @@
 // tube (Scene::spawn_ray), so that light arrives from all sides.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -23,6 +24,8 @@ struct Strands {
   /// of each point: its distance from the root along straight lines, as a fraction of the length
   std::vector<float> intercepts;
   std::vector<float> lengths;  ///< of each strand, in object space
+  /// `keys` at evenly spaced times while the shutter is open; empty: they do not move
+  std::vector<std::vector<Vec4>> motion;
   StrandShape shape = StrandShape::Ribbon;
   int subdivisions = 2;  ///< each segment of a ribbon has 2^subdivisions straight pieces, as in Cycles
 
@@ -32,14 +35,18 @@ struct Strands {
   uint32_t strand_of(uint32_t segment) const { return (first_key[segment] - segment) / 3; }
   uint32_t point_of(uint32_t segment) const { return segment + strand_of(segment); }
 
-  Vec3 center(uint32_t segment, float u) const;
+  Vec3 center(uint32_t segment, float u, float time) const;
   /// Direction along the strand, not normalised and never zero.
-  Vec3 tangent(uint32_t segment, float u) const;
+  Vec3 tangent(uint32_t segment, float u, float time) const;
   /// Linear between the points.
-  float radius(uint32_t segment, float u) const;
+  float radius(uint32_t segment, float u, float time) const;
   /// Position of the first point of the strand.
   Vec3 root(uint32_t segment) const { return Vec3(keys[roots[strand_of(segment)]]); }
   size_t memory_bytes() const;
+
+ private:
+  /// The four keys of a segment at a time; `mixed` is the storage for those of moving strands.
+  const Vec4* control(uint32_t segment, float time, std::array<Vec4, 4>& mixed) const;
 };
 
 /// `mesh` must be a valid mesh of strands.

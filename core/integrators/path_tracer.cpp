@@ -227,7 +227,7 @@ class PathTracer final : public Integrator {
           float time = 0.0f;
           if (moves) {
             tile.sampler.set_dimension(D::kTime);
-            time = scene_->camera().time_of(tile.sampler.get_1d());
+            time = scene_->camera().time_of(tile.sampler.get_1d(), py);
           }
           const Ray ray = scene_->camera().generate_ray(on_film, u_lens, time);
           SampleAux* const aux = tile.record.begin(film, px, py);

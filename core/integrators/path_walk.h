@@ -73,7 +73,9 @@ class PathWalk {
         start_(start),
         sampler_(start.sampler),
         aux_(start.aux),
-        walk_(start.scene, start.ray, start.counters.rays) {}
+        walk_(start.scene, start.ray, start.counters.rays) {
+    walk_.clear = settings_.transparent_film && settings_.transparent_glass;
+  }
 
   /// Radiance along the path, and alpha of its sample.
   [[gnu::always_inline]] Color trace(float& alpha) {
@@ -373,6 +375,7 @@ class PathWalk {
     if (at_bounce_limit_) return false;
 
     if constexpr (kParts) share_first_scattering(*sample);
+    walk_.note_bounce(*sample);
     count_bounce(*sample, point, point);
     at_bounce_limit_ = past_limits(point, settings_.bounces);
     // At the limit only lights would count, and light sampling has counted them already.

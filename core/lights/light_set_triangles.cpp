@@ -74,7 +74,7 @@ std::vector<LightSet::Data::Pending> LightSet::Data::gather_blocks(const LightBu
                    mesh.strands ? "The object's hair emits light, which only random rays find: expect noise."
                                 : "The point cloud emits light, which only random rays find: expect noise."});
     // Only a ray at its time finds the positions of the triangles of a moving object.
-    if (!emits || count == 0 || instance.motion) continue;
+    if (!emits || count == 0 || instance.motion || mesh.deforms()) continue;
     if (triangles + count > 0x7fffffffu) {
       report_once(diagnostics, {Diagnostic::Severity::Error, in.objects[instance.object].name,
                                 "Too many emissive triangles; the object is not used as a light."});

@@ -28,18 +28,20 @@ uint64_t bytes_of(const MeshDescription& mesh) {
   uint64_t bytes = (mesh.positions.size() + 1) * sizeof(Vec3) + mesh.triangles.size() * sizeof(UVec3) +
                    mesh.material_slots.size() * sizeof(uint16_t) + mesh.normals.size() * sizeof(Vec3);
   for (const Attribute& attribute : mesh.attributes) bytes += attribute.values.size() * sizeof(float);
+  const size_t shapes = shape_count(mesh);
+  bytes += shapes * (mesh.positions.size() + mesh.normals.size()) * sizeof(Vec3);
   for (const VolumeGrid& grid : mesh.grids)
     bytes += grid.values.size() * sizeof(float) +
              grid.bricks.size() *
                  (sizeof(grid.bricks[0]) + 4 * sizeof(uint32_t));  // at most four places of a table each
   if (mesh.is_points())
-    return bytes + mesh.positions.size() * (sizeof(Vec4) - sizeof(Vec3));  // spheres replace positions
+    return bytes + (1 + shapes) * mesh.positions.size() * (sizeof(Vec4) - sizeof(Vec3));  // spheres replace positions
   if (mesh.strands.empty()) return bytes;
   const size_t points = mesh.positions.size(), strands = mesh.strands.size(), segments = segments_of(mesh);
-  bytes += (points + 2 * strands) * sizeof(Vec4) + points * sizeof(float) +
+  bytes += (points + 2 * strands) * (1 + shapes) * sizeof(Vec4) + points * sizeof(float) +
            strands * (sizeof(uint32_t) + sizeof(float)) + segments * sizeof(uint32_t);
   if (!mesh.material_slots.empty()) bytes += segments * sizeof(uint16_t);  // per segment, not per strand
-  return bytes - points * sizeof(Vec3);                                    // the keys replace the positions
+  return bytes - (1 + shapes) * points * sizeof(Vec3);                     // the keys replace the positions
 }
 
 /// What the triangles of an adaptive subdivision need, about.
@@ -142,7 +144,8 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
             (mesh.is_points() ? mesh.positions.size() * kStructureBytesPerPoint : 0));
   }
   instances.bytes = d.instances.size() * (sizeof(BuiltInstance) + kStructureBytesPerInstance) +
-                    d.motion_keys.size() * sizeof(Mat4) + d.instance_origins.size() * sizeof(InstanceOrigin);
+                    d.motion_keys.size() * sizeof(Mat4) + 2 * d.camera.texels.size() * sizeof(Texel) +
+                    d.instance_origins.size() * sizeof(InstanceOrigin);
   for (const ImageDescription& image : d.images)
     add(textures, image.name.empty() ? image.path : image.name, texture_bytes(image));
   volumes.bytes = bytes_of_volumes(d);

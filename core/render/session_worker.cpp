@@ -192,22 +192,28 @@ void SessionWorker::work() {
   }
 }
 
-/// Scenes with shadow catchers or ray portals are rendered by path tracing, whatever technique is asked for.
+/// Scenes with shadow catchers, ray portals, rolling shutters or transparent glass are rendered by path tracing, whatever
+/// technique is asked for.
 void SessionWorker::use_path_tracing_where_others_fail(Job& job) {
   replaced_integrator_.clear();
   std::string& integrator = job.description ? job.description->settings.integrator : job.settings.integrator;
   if (integrator == "path") return;
+  bool catchers = false, portals = false;
   if (job.description) {
-    replaced_because_ = has_catchers(*job.description)  ? "shadow catchers"
-                        : has_portals(*job.description) ? "ray portals"
-                                                        : "";
+    catchers = has_catchers(*job.description);
+    portals = has_portals(*job.description);
   } else {
     const auto state = state_.lock();
-    const Scene* const scene = state->scene.get();
-    replaced_because_ = scene && scene->catchers()      ? "shadow catchers"
-                        : scene && scene->has_portals() ? "ray portals"
-                                                        : "";
+    catchers = state->scene && state->scene->catchers();
+    portals = state->scene && state->scene->has_portals();
   }
+  const bool rolls = (job.description ? job.description->camera : job.camera).row_exposure < 1.0f;
+  const RenderSettings& asked = job.description ? job.description->settings : job.settings;
+  replaced_because_ = catchers                                            ? "shadow catchers"
+                      : portals                                           ? "ray portals"
+                      : rolls                                             ? "a rolling shutter"
+                      : asked.transparent_film && asked.transparent_glass ? "transparent glass"
+                                                                          : "";
   if (replaced_because_.empty()) return;
   replaced_integrator_ = find_integrator(integrator).label;
   integrator = "path";

@@ -166,11 +166,31 @@ struct Accel::Data {
 
   RTCGeometry new_triangles(const BuiltMesh& mesh) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.positions.data(), 0,
-                               sizeof(Vec3), mesh.positions.size() - 1);
+    const auto set_positions = [&](unsigned key, const std::vector<Vec3>& positions) {
+      rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, key, RTC_FORMAT_FLOAT3, positions.data(), 0,
+                                 sizeof(Vec3), positions.size() - 1);
+    };
+    if (mesh.deformation) {
+      rtcSetGeometryTimeStepCount(geometry, unsigned(mesh.deformation->keys.size()));
+      for (unsigned key = 0; key < mesh.deformation->keys.size(); ++key)
+        set_positions(key, mesh.deformation->keys[key].positions);
+    } else {
+      set_positions(0, mesh.positions);
+    }
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
                                sizeof(UVec3), mesh.triangles.size());
     return geometry;
+  }
+
+  /// Positions and radii, without the first `skipped`; `motion` has them at several times.
+  static void set_keys(RTCGeometry geometry, const std::vector<Vec4>& still,
+                       const std::vector<std::vector<Vec4>>& motion, size_t skipped = 0) {
+    if (!motion.empty()) rtcSetGeometryTimeStepCount(geometry, unsigned(motion.size()));
+    for (unsigned key = 0; key < std::max<size_t>(motion.size(), 1); ++key) {
+      const std::vector<Vec4>& keys = motion.empty() ? still : motion[key];
+      rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, key, RTC_FORMAT_FLOAT4, keys.data(),
+                                 skipped * sizeof(Vec4), sizeof(Vec4), keys.size() - skipped);
+    }
   }
 
   RTCGeometry new_strands(const Strands& strands) {
@@ -179,9 +199,7 @@ struct Accel::Data {
                                                   : linear ? RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE
                                                            : RTC_GEOMETRY_TYPE_ROUND_CATMULL_ROM_CURVE);
     // A straight piece has two keys, those in the middle of the four of a segment.
-    const size_t skipped = linear ? 1 : 0;
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, strands.keys.data(),
-                               skipped * sizeof(Vec4), sizeof(Vec4), strands.keys.size() - skipped);
+    set_keys(geometry, strands.keys, strands.motion, linear ? 1 : 0);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, strands.first_key.data(), 0,
                                sizeof(uint32_t), strands.first_key.size());
     if (linear)
@@ -210,8 +228,7 @@ struct Accel::Data {
 
   RTCGeometry new_points(const Points& points) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, points.spheres.data(), 0,
-                               sizeof(Vec4), points.spheres.size());
+    set_keys(geometry, points.spheres, points.motion);
     rtcSetGeometryIntersectFilterFunction(geometry, reject_from_inside);
     rtcSetGeometryOccludedFilterFunction(geometry, reject_from_inside);
     return geometry;

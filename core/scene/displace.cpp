@@ -89,16 +89,9 @@ class Displacer {
         ++broken;
     });
     keep_the_original(bends_normals);
-    if (mesh_.normals.empty() || mesh_.normal_domain == Domain::Vertex) {
-      move(offsets);
-      if (!mesh_.normals.empty()) renew_vertex_normals();
-    } else {
-      const auto all = [](size_t) { return true; };
-      const std::vector<Vec3> before = mean_normals(mesh_, inverted_, all);
-      move(offsets);
-      turn_corner_normals(before, mean_normals(mesh_, inverted_, all));
-    }
+    move(offsets);
     renew_tangents();
+    if (mesh_.deformation) move_other_shapes(offsets);
     mesh_.displaced = true;
     mesh_.structure.reset();
     return broken;
@@ -170,8 +163,33 @@ class Displacer {
     return mesh_.baked ? transform_point(instance_.object_from_world, position) : position;
   }
 
+  /// Moves the vertices and turns the normals.
   void move(const std::vector<Vec3>& offsets) {
-    for (size_t i = 0; i < offsets.size(); ++i) mesh_.positions[i] += offsets[i];
+    const auto move_vertices = [&] {
+      for (size_t i = 0; i < offsets.size(); ++i) mesh_.positions[i] += offsets[i];
+    };
+    if (mesh_.normals.empty() || mesh_.normal_domain == Domain::Vertex) {
+      move_vertices();
+      if (!mesh_.normals.empty()) renew_vertex_normals();
+    } else {
+      const auto all = [](size_t) { return true; };
+      const std::vector<Vec3> before = mean_normals(mesh_, inverted_, all);
+      move_vertices();
+      turn_corner_normals(before, mean_normals(mesh_, inverted_, all));
+    }
+  }
+
+  /// The shapes at other times are displaced by the same distances, as in Cycles.
+  void move_other_shapes(const std::vector<Vec3>& offsets) {
+    auto moved = std::make_shared<Deformation>(*mesh_.deformation);
+    for (Deformation::Key& key : moved->keys) {
+      std::swap(mesh_.positions, key.positions);
+      std::swap(mesh_.normals, key.normals);
+      move(offsets);
+      std::swap(mesh_.positions, key.positions);
+      std::swap(mesh_.normals, key.normals);
+    }
+    mesh_.deformation = std::move(moved);
   }
 
   void renew_vertex_normals() {

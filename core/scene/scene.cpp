@@ -50,7 +50,8 @@ Color Scene::transmittance(const Ray& shadow_ray, int max_transparent) const {
     const Hit hit = intersect(ray, kRayShadow);
     if (!hit.found()) return through;
     const ShaderProgram& program = material(hit);
-    if (!program.may_be_transparent() || crossed >= max_transparent) return Color(0.0f);
+    if (!program.may_be_transparent() || crossed >= max_transparent || opaque_shadows_[size_t(material_index(hit))])
+      return Color(0.0f);
     shading_point(ray, hit, point);
     point.ray_kind = kRayShadow;
     through *= program.evaluate_transparency(point);
@@ -76,22 +77,19 @@ void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) c
     mesh.strands ? strand_point(ray, hit, point) : sphere_point(ray, hit, point);
     return;
   }
-  const UVec3 v = mesh.triangles[hit.primitive];
-  const Vec3 p0 = mesh.positions[v.x], p1 = mesh.positions[v.y], p2 = mesh.positions[v.z];
+  const auto [p0, p1, p2] = mesh.corners(hit.primitive, ray.time);
   const float b1 = hit.barycentric.x, b2 = hit.barycentric.y, b0 = 1.0f - b1 - b2;
   point.position = b0 * p0 + b1 * p1 + b2 * p2;
   point.position_error = gamma_bound(7) * (absolute(b0 * p0) + absolute(b1 * p1) + absolute(b2 * p2));
+  if (mesh.deformation) [[unlikely]]
+    point.position_error += gamma_bound(5) * mesh.deformation->reach(mesh.triangles[hit.primitive], ray.time);
   point.dpdu = p1 - p0;
   point.dpdv = p2 - p0;
   Vec3 ng = glm::cross(point.dpdu, point.dpdv);
   Vec3 ns(0.0f);
   if (!mesh.normals.empty()) {
-    if (mesh.normal_domain == Domain::Vertex) {
-      ns = b0 * mesh.normals[v.x] + b1 * mesh.normals[v.y] + b2 * mesh.normals[v.z];
-    } else {
-      const Vec3* n = mesh.normals.data() + size_t(hit.primitive) * 3;
-      ns = b0 * n[0] + b1 * n[1] + b2 * n[2];
-    }
+    const auto [n0, n1, n2] = mesh.corner_normals(hit.primitive, ray.time);
+    ns = b0 * n0 + b1 * n1 + b2 * n2;
   }
   if (!mesh.baked) {
     Mat4 moved;
@@ -136,7 +134,8 @@ void Scene::strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) co
   const Vec3 position = ray.origin + hit.t * ray.direction;
   Mat4 moved, inverse(1.0f);
   const Mat4& world = mesh.baked ? inverse : world_from_object(instance, ray.time, moved);
-  Vec3 along = strands.tangent(hit.primitive, hit.barycentric.x), to_ray = -ray.direction, in_object = position;
+  Vec3 along = strands.tangent(hit.primitive, hit.barycentric.x, ray.time), to_ray = -ray.direction,
+       in_object = position;
   if (!mesh.baked) {
     inverse = instance.motion ? glm::affineInverse(world) : instance.object_from_world;
     to_ray = transform_vector(inverse, to_ray);
@@ -151,7 +150,7 @@ void Scene::strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) co
     ns = width > 0.0f && height > 0.0f ? across * (sine / width) + outwards * (safe_sqrt(1.0f - sqr(sine)) / height)
                                        : to_ray;
   } else {
-    ns = in_object - strands.center(hit.primitive, hit.barycentric.x);
+    ns = in_object - strands.center(hit.primitive, hit.barycentric.x, ray.time);
   }
   if (!mesh.baked) {
     ns = ns * Mat3(inverse);  // the transpose of the inverse
@@ -174,7 +173,7 @@ void Scene::strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) co
 void Scene::sphere_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const {
   const BuiltInstance& instance = instances_[hit.instance];
   const BuiltMesh& mesh = meshes_[instance.mesh];
-  const Vec4 sphere = mesh.points->spheres[hit.primitive];
+  const Vec4 sphere = mesh.points->sphere(hit.primitive, ray.time);
   Mat4 moved, moved_inverse;
   const Mat4 identity(1.0f);
   const Mat4& world = mesh.baked ? identity : world_from_object(instance, ray.time, moved);
@@ -272,7 +271,7 @@ namespace {
 
 /// The rounding errors of the place where a sphere is left, and of its tangent plane, are added.
 float way_out_of_sphere(const ShadingPoint& point, Vec3 direction) {
-  const Vec4 sphere = point.mesh->points->spheres[point.primitive];
+  const Vec4 sphere = point.mesh->points->sphere(point.primitive, point.time);
   Mat4 moved;
   const Mat4 identity(1.0f);
   const Mat4& inverse = point.mesh->baked ? identity : object_from_world(*point.instance, point.time, moved);
@@ -291,7 +290,7 @@ float way_out(const ShadingPoint& point, Vec3 direction) {
   if (strands.shape != StrandShape::Ribbon) return 0.0f;
   const Mat3 linear = point.mesh->baked ? Mat3(1.0f) : Mat3(point.instance->world_from_object);
   const float scale = std::max({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
-  const float radius = scale * strands.radius(point.primitive, point.barycentric.x);
+  const float radius = scale * strands.radius(point.primitive, point.barycentric.x, point.time);
   const float sine = glm::length(glm::cross(direction, point.dpdu)) / glm::length(point.dpdu);
   const float way = radius * std::min(1.02f / std::max(sine, 1e-6f), kMaxRadii) +
                     4.0f * max_component(point.position_error);

@@ -56,7 +56,7 @@ struct BuildStatistics {
   uint64_t triangles = 0, instanced_triangles = 0, instances = 0, meshes = 0, lights = 0, strands = 0, points = 0;
   uint64_t geometry_bytes = 0, accel_bytes = 0, texture_bytes = 0, light_tree_bytes = 0, environment_bytes = 0;
   uint64_t skipped_triangles = 0, repaired_values = 0;
-  uint64_t moving_instances = 0;
+  uint64_t moving_instances = 0, deforming_meshes = 0;
   bool transparent_shadows = false;
   /// taken over from the previous scene, neither copied nor built again
   uint64_t kept_meshes = 0, kept_textures = 0;
@@ -174,7 +174,7 @@ class Scene {
 
   const Camera& camera() const { return camera_; }
   /// Whether anything moves while the shutter is open. Rays then have different times.
-  bool moves() const { return statistics_.moving_instances > 0 || camera_.moves(); }
+  bool moves() const { return statistics_.moving_instances > 0 || statistics_.deforming_meshes > 0 || camera_.moves(); }
   const LightSet& lights() const { return lights_; }
   const std::vector<HintDescription>& hints() const { return hints_; }
   const RenderSettings& settings() const { return settings_; }
@@ -204,6 +204,7 @@ class Scene {
     NodeGraph graph;
     int material_pass_index;
     DisplacementMethod displacement_method;
+    BumpTerminator bump_terminator;
     std::array<float, 12> world_from_lamp;  ///< for lamps
   };
   class Builder;
@@ -225,6 +226,7 @@ class Scene {
   std::vector<ObjectDescription> objects_;
   std::vector<uint32_t> material_table_;
   std::vector<ShaderProgram> programs_, lamp_programs_;
+  std::vector<bool> opaque_shadows_;             // of each program: shadow rays do not pass its transparent parts
   std::vector<uint64_t> material_fingerprints_;  // 0 if the program cannot be taken over by the next scene
   std::vector<Diagnostics> material_diagnostics_;
   std::vector<int> material_pass_indices_;

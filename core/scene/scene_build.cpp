@@ -52,6 +52,7 @@ void bake(BuiltMesh& mesh, const Mat4& world_from_object) {
   if (mesh.points) mesh.points = transformed(*mesh.points, world_from_object);
   const Mat3 linear(world_from_object);
   const Mat3 normal_matrix = is_singular(world_from_object) ? linear : glm::inverseTranspose(linear);
+  if (mesh.deformation) mesh.deformation = transformed(*mesh.deformation, world_from_object, normal_matrix);
   for (Vec3& n : mesh.normals) {
     n = normal_matrix * n;
     const float len = glm::length(n);
@@ -69,6 +70,10 @@ BuiltMesh take(MeshDescription&& d) {
       mesh.material_slots.push_back(d.material_slots[mesh.strands->strand_of(i)]);
   } else if (d.is_points()) {
     mesh.points = make_points(d);
+  } else {
+    mesh.deformation = make_deformation(d);
+    std::vector<Vec3>().swap(d.motion_positions);
+    std::vector<Vec3>().swap(d.motion_normals);
   }
   if (!mesh.has_triangles()) std::vector<Vec3>().swap(d.positions);
   mesh.positions = std::move(d.positions);
@@ -88,12 +93,9 @@ BuiltMesh take(MeshDescription&& d) {
   return mesh;
 }
 
-class Stopwatch {
- public:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+struct Stopwatch {
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
 };
 
 }  // namespace
@@ -111,6 +113,7 @@ void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, c
   program = ShaderProgram::compile(graph, owner, *textures_, diagnostics, context);
   if (sees_camera)
     camera_shaders_.push_back({of, index, owner, graph, context.material_pass_index, context.displacement_method,
+                               context.bump_terminator,
                                context.world_from_lamp ? *context.world_from_lamp : std::array<float, 12>{}});
 }
 
@@ -132,6 +135,7 @@ void Scene::compile_materials(const SceneDescription& d, const std::vector<int>&
     const MaterialDescription& material = d.materials[i];
     material_pass_indices_.push_back(material.pass_index);
     programs_.emplace_back();
+    opaque_shadows_.push_back(!material.transparent_shadow);
     material_fingerprints_.push_back(0);
     material_diagnostics_.emplace_back();
     if (shown_by[i] < 0) continue;
@@ -150,6 +154,7 @@ void Scene::compile_materials(const SceneDescription& d, const std::vector<int>&
       const size_t seeing_camera = camera_shaders_.size();
       context.material_pass_index = material.pass_index;
       context.displacement_method = material.displacement_method;
+      context.bump_terminator = material.bump_map_correction ? d.settings.bump_terminator : BumpTerminator::None;
       context.user = d.objects[size_t(shown_by[i])].name;
       compile(CameraShader::Of::Material, i, material.graph, material.name, context, material_diagnostics_[i]);
       if (camera_shaders_.size() == seeing_camera) material_fingerprints_[i] = number;
@@ -174,13 +179,14 @@ void Scene::change_view(const CameraDescription& camera, RenderSettings settings
   context.image_width = settings.width;
   context.reflective_caustics = settings.reflective_caustics = settings_.reflective_caustics;
   context.refractive_caustics = settings.refractive_caustics = settings_.refractive_caustics;
-  context.bump_terminator = settings.bump_terminator = settings_.bump_terminator;
+  settings.bump_terminator = settings_.bump_terminator;
   context.grids = &grid_names_;
   context.working_from_rec709 = working_from_rec709_;
   Diagnostics repeated;  // the build has reported these
   for (const CameraShader& shader : std::exchange(camera_shaders_, {})) {
     context.material_pass_index = shader.material_pass_index;
     context.displacement_method = shader.displacement_method;
+    context.bump_terminator = shader.bump_terminator;
     context.world_from_lamp = shader.of == CameraShader::Of::Lamp ? &shader.world_from_lamp : nullptr;
     compile(shader.of, shader.index, shader.graph, shader.owner, context, repeated);
   }
@@ -312,6 +318,7 @@ void Scene::Builder::add_instances() {
     s_.statistics_.strands += mesh.strands ? mesh.strands->strand_count() : 0;
     s_.statistics_.points += mesh.points ? mesh.points->spheres.size() : 0;
     s_.statistics_.geometry_bytes += mesh.memory_bytes();
+    s_.statistics_.deforming_meshes += mesh.deforms() ? 1 : 0;
   }
 }
 
@@ -394,6 +401,7 @@ void Scene::Builder::compile_shaders() {
   context.working_from_rec709 = s_.working_from_rec709_ = ajar::working_from_rec709(d_.color);
   s_.compile_materials(d_, shown_by_, context, previous_.get(), diagnostics_);
   s_.material_pass_indices_.push_back(0);
+  s_.opaque_shadows_.push_back(false);
   s_.programs_.push_back(ShaderProgram::compile(default_surface(), "Default Surface", *s_.textures_, diagnostics_));
   for (size_t i = 0; i < shown_by_.size(); ++i)
     s_.any_transparent_ |= shown_by_[i] >= 0 && s_.programs_[i].may_be_transparent();

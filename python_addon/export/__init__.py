@@ -15,15 +15,16 @@ from .context import ExportCancelled, ExportContext
 from .known_objects import KnownObjects, OutOfDate
 from .mesh_cache import MeshCache
 
-__all__ = ["ExportCancelled", "ExportContext", "KnownObjects", "MeshCache", "OutOfDate", "export_contents", "export_scene"]
+__all__ = ["ExportCancelled", "ExportContext", "KnownObjects", "MeshCache", "OutOfDate", "export_contents", "export_scene", "export_view"]
 
 
 def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[str], camera_object: bpy.types.Object | None,
                  is_cancelled: Callable[[], bool], report_step: Callable[[str], None],
-                 frame_set: motion.FrameSet | None = None, eye: camera.Eye = camera.CENTRE) -> ExportContext:
-    """Export the scene with `camera_object` as its camera, seen from `eye`. Raises ExportCancelled soon after `is_cancelled` returns True. Motion blur needs
+                 frame_set: motion.FrameSet | None = None, eye: camera.Eye = camera.CENTRE, baked: bpy.types.Object | None = None) -> ExportContext:
+    """Export the scene with `camera_object` as its camera, seen from `eye`. `baked`: the object whose texels will be the image. Raises ExportCancelled soon after `is_cancelled` returns True. Motion blur needs
     `frame_set`; after its call, objects that were evaluated before must not be used."""
     context = ExportContext(depsgraph, is_cancelled, report_step)
+    context.bake(baked)
     original_camera = camera_object.original if camera_object is not None else None
     subdivision.prepare(context, frame_set)
     camera_object = original_camera.evaluated_get(depsgraph) if original_camera is not None else None
@@ -33,6 +34,8 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
         context.warn(context.view_layer.name, "the pass Vector is empty, because the scene has motion blur")
     if blurs or shows_motion:
         context.appearances = []
+    if blurs:
+        context.watched = {}
     if shows_motion:
         context.mesh_of = {}
     settings.export(context, options, passes)
@@ -42,6 +45,14 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
         frames.export(context, camera_object, frame_set, eye)
     if frame_set is not None and blurs:
         motion.export(context, camera_object, frame_set, eye)
+    return context
+
+
+def export_view(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[str], camera_object: bpy.types.Object | None) -> ExportContext:
+    """Export the camera and the settings alone."""
+    context = ExportContext(depsgraph, lambda: False, lambda step: None)
+    settings.export(context, options, passes)
+    camera.export(context, camera_object)
     return context
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
 import bpy
 
@@ -12,6 +13,9 @@ from ..translations import report
 from .known_objects import KnownObjects
 from .linking import Linking
 from .mesh_cache import MeshCache
+
+if TYPE_CHECKING:
+    from .deformation import Watched
 
 CHECK_SECONDS = 0.05  # between two checks for cancellation
 
@@ -48,6 +52,9 @@ class ExportContext:
         self.importance_of_collections: dict[int, float] | None = None
         self.importance_of_light_groups: dict[str, float] = {}
         self.appearances: list[tuple] | None = None      # with motion blur: the key of each instance (motion.identity)
+        self.watched: dict[tuple, list[Watched]] | None = None   # with motion blur: the meshes that may deform, by the key of an instance
+        self.divides = True                              # whether adaptive subdivision is followed
+        self.unmoved: set[int] = set()                   # addresses of original materials whose displacement only bends normals
         self.base_is_evaluated: set[int] = set()   # addresses of objects that are evaluated without the modifier of adaptive subdivision
         self.mesh_of: dict[bpy.types.Object, int] | None = None   # for the pass Vector: the mesh of each original object that has one alone
         self.report_step = report_step
@@ -59,6 +66,12 @@ class ExportContext:
                 self.importance_of_light_groups[group.name] = group.importance
             else:
                 self.warn(self.view_layer.name, "its light group {group} does not exist, so that the importance of this group is not used", group=group.name)
+
+    def bake(self, thing: bpy.types.Object | None) -> None:
+        """The texels of a baked object are on its undisplaced mesh: its materials do not move it, and no mesh is divided, as in Cycles."""
+        if thing is not None:
+            self.divides = False
+            self.unmoved = {slot.material.original.as_pointer() for slot in thing.material_slots if slot.material is not None}
 
     def refresh(self) -> None:
         """Called after an evaluation."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import compat, plain, unsupported
+from .. import compat, plain
 from ..ajar_module import ajar
 from . import node_graph
 from .context import ExportContext
@@ -21,7 +21,6 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
         return _default(context)
     key = material.as_pointer()
     if key not in context.materials:
-        context.warn_all(material.name, unsupported.asked_of(material, unsupported.MATERIAL))
         tree = compat.node_tree(material)
         if tree is not None:
             graph = node_graph.export(context, tree, material, material.name)
@@ -32,8 +31,15 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
             graph = ajar.NodeGraph()
             _diffuse(graph, tuple(material.diffuse_color))
         context.materials[key] = context.description.add_material(name=material.name, graph=graph, pass_index=material.pass_index,
-                                                                        displacement_method=_DISPLACEMENT_METHODS[plain.of(compat.displacement_owner(material)).displacement_method])
+                                                                        displacement_method=_displacement_method(context, material),
+                                                                        transparent_shadow=plain.of(compat.transparency_owner(material)).use_transparent_shadow,
+                                                                        bump_map_correction=plain.of(material.ajar).use_bump_map_correction)
     return context.materials[key]
+
+
+def _displacement_method(context: ExportContext, material: bpy.types.Material) -> ajar.DisplacementMethod:
+    is_unmoved = material.original.as_pointer() in context.unmoved
+    return _DISPLACEMENT_METHODS["BUMP" if is_unmoved else plain.of(compat.displacement_owner(material)).displacement_method]
 
 
 def export_of_volume(context: ExportContext, material: bpy.types.Material | None) -> int:

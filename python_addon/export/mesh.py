@@ -5,6 +5,8 @@ A corner of triangle t is one of Blender's loops: `loops[t, k]` maps all values 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import bpy
 import numpy as np
 
@@ -13,6 +15,17 @@ from ..ajar_module import ajar
 from .context import ExportContext
 
 EMPTY = -1
+
+
+@dataclass
+class CornerMap:
+    """How the corners of the triangles map to the loops and polygons of a mesh, to read the same corners at another time."""
+
+    positions: np.ndarray
+    triangles: np.ndarray   # [n, 3] vertices
+    loops: np.ndarray
+    polygons: np.ndarray
+    loop_count: int
 
 _DOMAINS = {"POINT": ajar.Domain.Vertex, "CORNER": ajar.Domain.Corner, "FACE": ajar.Domain.Face}
 _VALUES = {  # data type of an attribute -> RNA name of its value, components
@@ -81,6 +94,31 @@ def face_arrays(context: ExportContext, mesh: bpy.types.Mesh, name: str, keeps_n
             "normal_domain": ajar.Domain.Corner if split else ajar.Domain.Vertex, "attributes": attributes, "active_uv": _rendered_map(mesh),
             "texture_space_location": location, "texture_space_size": size, "faces": sizes.astype(np.uint32), "corners": corners,
             "flat": ~smooth if not smooth.all() else None}
+
+
+def is_shaped(owner: bpy.types.Object) -> bool:
+    """Whether modifiers, shape keys or a parent may have moved the vertices of its mesh."""
+    return len(owner.modifiers) > 0 or getattr(owner.data, "shape_keys", None) is not None or owner.parent_type in ("ARMATURE", "LATTICE")
+
+
+def corner_map(mesh: bpy.types.Mesh) -> CornerMap:
+    mesh.calc_loop_triangles()
+    loops = _read(mesh.loop_triangles, "loops", 3, np.uint32)
+    return CornerMap(positions_of(mesh), _read(mesh.loops, "vertex_index", 1, np.uint32)[loops], loops,
+                     _read(mesh.loop_triangles, "polygon_index", 1, np.uint32), len(mesh.loops))
+
+
+def positions_of(mesh: bpy.types.Mesh) -> np.ndarray:
+    return _read(mesh.vertices, "co", 3, np.float32)
+
+
+def normals_by(corners: CornerMap, mesh: bpy.types.Mesh, positions: np.ndarray) -> tuple[ajar.Domain, np.ndarray | None] | None:
+    """The normals of the same corners at another time. None if the mesh has other faces."""
+    if len(mesh.loops) != corners.loop_count or (len(corners.polygons) and len(mesh.polygons) <= corners.polygons.max()):
+        return None
+    if not np.array_equal(_read(mesh.loops, "vertex_index", 1, np.uint32)[corners.loops], corners.triangles):
+        return None
+    return _normals(mesh, positions, corners.triangles, corners.loops, corners.polygons)
 
 
 def _rendered_map(mesh: bpy.types.Mesh) -> str:

@@ -1,7 +1,8 @@
 """Motion blur: transforms of objects and the camera at several times while the shutter is open.
 
 This is the last step of an export: the scene is evaluated again for every other time, after which objects that were evaluated before must not be
-used. The shutter opens and closes as in Cycles. The number of times is the maximum that an object requests, as in Cycles.
+used. The shutter opens and closes as in Cycles. The scene is evaluated as often as the object with the most steps requests; each object has keys for its
+own steps.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ import bpy
 import numpy as np
 
 from .. import compat, plain
-from . import camera
+from ..ajar_module import ajar
+from . import camera, deformation
 from .context import ExportContext, rows_3x4
 
 FrameSet = Callable[[int, float], None]
@@ -37,48 +39,64 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None, frame
     scene, depsgraph = context.scene, context.depsgraph
     context.report_step("motion")
     context.description.camera.shutter = _shutter(scene.render)
-    if compat.cycles_value(scene, "rolling_shutter_type", "NONE") != "NONE":
-        context.warn(scene.name, "a rolling shutter is not supported: all lines of the picture are exposed together")
     frame, subframe = scene.frame_current, scene.frame_subframe
-    original_camera = camera_object.original if camera_object is not None else None
+    original_camera = camera_object.original if camera_object is not None and camera_object.type == "CAMERA" else None
     still = {thing.original.as_pointer() for thing in depsgraph.objects if not _is_blurred(thing)}
+    steps_of = {thing.original.as_pointer(): plain.of(thing.ajar).motion_steps for thing in depsgraph.objects}
     times = _times(scene, depsgraph)
     shown: dict[tuple, list[int]] = {}   # a surface and its hair have the same key
-    appearances = context.appearances or []
+    appearances, watched = context.appearances or [], context.watched or {}
     for index, known_by in enumerate(appearances):
         if still.isdisjoint(known_by[:2]):
             shown.setdefault(known_by, []).append(index)
     matrices = np.full((len(appearances), len(times), 12), np.nan, dtype=np.float32)
     cameras: list[list[float]] = []
-    lenses: set[tuple[float, ...]] = set()
-    boxes: dict[str, list[list[tuple[float, ...]]]] = {}
+    windows: list[tuple[float, float, float, float]] = []
     try:
         for number, time in enumerate(times):
             context.check_cancelled()
             moment = frame + subframe + time
             frame_set(math.floor(moment), moment - math.floor(moment))
             for instance in depsgraph.object_instances:
-                for index in shown.get(identity(instance), ()):
+                known_by = identity(instance)
+                for index in shown.get(known_by, ()):
                     x, y, z, _ = instance.matrix_world
                     matrices[index, number] = (*x, *y, *z)
-            for thing in depsgraph.objects:
-                if thing.type in ("MESH", "CURVES") and thing.original.as_pointer() not in still and plain.of(thing.ajar).use_deform_motion:
-                    boxes.setdefault(thing.name, []).append([tuple(corner) for corner in thing.bound_box])
-            if original_camera is not None and original_camera.type == "CAMERA":
+                if known_by in watched:
+                    deformation.read(context, instance, number, watched[known_by])
+            if original_camera is not None:
                 there = original_camera.evaluated_get(depsgraph)
                 cameras.append(rows_3x4(camera.without_scale(eye.world_from_camera(there))))
-                lenses.add((there.data.lens, there.data.ortho_scale, there.data.shift_x, there.data.shift_y))
+                windows.append(camera.screen_window(depsgraph.scene_eval.render, there.data, eye.shift_x(there)))
     finally:
         frame_set(frame, subframe)
-    moving = differs(matrices)
-    context.description.set_motion(np.flatnonzero(moving).astype(np.int32), matrices[moving])
-    if cameras and original_camera.as_pointer() not in still and differs(np.array([cameras], dtype=np.float32))[0]:
-        context.description.camera.motion = cameras
-    if len(lenses) > 1:
-        context.warn(original_camera.name, "its lens changes while the shutter is open; only its motion is blurred")
-    for name, corners in boxes.items():
-        if not np.allclose(corners, corners[0], atol=1e-5):
-            context.warn(name, "it deforms while the shutter is open; motion blur supports only moving objects, not deformation")
+    context.refresh()
+    moves = _set_motion(context, matrices, [max(steps_of.get(key, 1) for key in known_by[:2]) for known_by in appearances])
+    if original_camera is not None and original_camera.as_pointer() not in still:
+        moves |= _set_camera(context.description.camera, cameras, windows, steps_of.get(original_camera.as_pointer(), 1))
+    moves |= deformation.export(context, times)
+    settings = plain.of(context.scene.ajar)
+    if moves and settings.rolling_shutter_type != "NONE":
+        context.description.camera.row_exposure = settings.rolling_shutter_duration
+
+
+def _set_motion(context: ExportContext, matrices: np.ndarray, steps: list[int]) -> bool:
+    """The keys of the instances that move. Each has as many as it asks for, as in Cycles. Returns whether there are any."""
+    moving, wanted = differs(matrices), np.array(steps, dtype=np.int64)
+    last = matrices.shape[1] - 1
+    for number in np.unique(wanted[moving]):
+        own = np.flatnonzero(moving & (wanted == number))
+        context.description.set_motion(own.astype(np.int32), np.ascontiguousarray(matrices[own][:, ::max(1, last >> int(number))]))
+    return bool(moving.any())
+
+
+def _set_camera(out: ajar.CameraDescription, cameras: list[list[float]], windows: list[tuple[float, float, float, float]], steps: int) -> bool:
+    step = max(1, (len(cameras) - 1) >> steps)
+    if differs(np.array([cameras], dtype=np.float32))[0]:
+        out.motion = cameras[::step]
+    if np.ptp(np.array(windows), axis=0).max() > TOLERANCE * np.abs(windows).max():
+        out.window_motion = windows[::step]
+    return bool(out.motion or out.window_motion)
 
 
 def _is_blurred(thing: bpy.types.Object) -> bool:

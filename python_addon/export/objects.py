@@ -16,7 +16,7 @@ import numpy as np
 from .. import compat, plain, unsupported
 from ..ajar_module import ajar
 from ..translations import interface
-from . import lights, materials, mesh, motion, named_values, origins, points, smoke, strands, subdivision, volumes
+from . import deformation, lights, materials, mesh, motion, named_values, origins, points, smoke, strands, subdivision, volumes
 from .context import ExportContext, rows_3x4
 from .culling import Culling
 from .known_objects import OutOfDate, look_of
@@ -33,6 +33,7 @@ class Geometry:
     look: dict                              # arguments of SceneDescription.add_object other than mesh, materials and properties
     index: int = -1
     is_volume: bool = False
+    known_by: tuple | None = None           # with motion blur: motion.identity of an instance that shows it
     is_hair: bool = False                   # the particle hair of the owner instead of its surface
     from_instancer: dict[str, named_values.Value] = field(default_factory=dict)   # properties that materials use
     # Indices in the description:
@@ -111,7 +112,9 @@ def _collect(context: ExportContext, collected: Collected) -> None:
             collected.origins.add(len(collected.geometry_of), instance, context.scene.frame_current_final)
         add_geometry(geometry.index)
         if appearances is not None:
-            appearances.append(motion.identity(instance))
+            known_by = motion.identity(instance)
+            appearances.append(known_by)
+            geometry.known_by = geometry.known_by or known_by
 
     for number, instance in enumerate(context.depsgraph.object_instances):
         if number % 64 == 0:
@@ -308,6 +311,9 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
         key = (geometry.data.as_pointer(), geometry.owner.as_pointer() if geometry.is_hair else 0)
         if key not in numbers:
             numbers[key] = _export_mesh(context, geometry)
+            if context.watched is not None and numbers[key][0] != mesh.EMPTY:
+                geometry.mesh_index = numbers[key][0]
+                deformation.watch(context, geometry)
         geometry.mesh_index, geometry.shared = numbers[key]
         if context.mesh_of is not None and _is_alone(collected, geometry):
             context.mesh_of[geometry.owner.original] = geometry.mesh_index
@@ -481,10 +487,10 @@ def _shape(context: ExportContext, geometry: Geometry) -> tuple[str, dict | None
 def _arrays(context: ExportContext, geometry: Geometry) -> dict | None:
     data = geometry.data
     if not (data.is_editmode and geometry.is_own):
-        return mesh.arrays(context, data, data.name, geometry.is_own and len(geometry.owner.modifiers) > 0)
+        return mesh.arrays(context, data, data.name, geometry.is_own and mesh.is_shaped(geometry.owner))
     # In edit mode, the evaluated mesh does not have all its layers.
     try:
-        return mesh.arrays(context, geometry.owner.to_mesh(), data.name, len(geometry.owner.modifiers) > 0)
+        return mesh.arrays(context, geometry.owner.to_mesh(), data.name, mesh.is_shaped(geometry.owner))
     finally:
         geometry.owner.to_mesh_clear()
 

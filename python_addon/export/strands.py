@@ -54,14 +54,14 @@ def count(context: ExportContext, thing: bpy.types.Object) -> tuple[tuple[int, i
     return tuple((len(_shown(modifier.particle_system, final)), _steps(modifier.particle_system.settings, final)) for modifier in systems(context, thing))
 
 
-def of_particles(context: ExportContext, thing: bpy.types.Object, mesh: bpy.types.Mesh) -> dict | None:
-    """The arguments of `ajar.make_strands` for all systems of an evaluated object, or None if there are no strands."""
+def of_particles(context: ExportContext, thing: bpy.types.Object, mesh: bpy.types.Mesh, is_shape_only: bool = False) -> dict | None:
+    """The arguments of `ajar.make_strands` for all systems of an evaluated object, or None if there are no strands. `is_shape_only`: without attributes."""
     final = context.depsgraph.mode == "RENDER"
     inverse = np.array(thing.matrix_world.inverted_safe(), dtype=np.float64)
     positions, radii, lengths, slots = [], [], [], []
     uv_layers = {layer.name: number for number, layer in enumerate(mesh.uv_layers)}
     rendered = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
-    places: dict[str, list] = {name: [] for name in uv_layers if name == rendered or name in context.attribute_names}
+    places: dict[str, list] = {name: [] for name in uv_layers if not is_shape_only and (name == rendered or name in context.attribute_names)}
     for modifier in systems(context, thing):
         psys = modifier.particle_system
         settings, shown = psys.settings, _shown(psys, final)

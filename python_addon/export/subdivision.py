@@ -40,7 +40,7 @@ def wanted(context: ExportContext, thing: bpy.types.Object) -> Wanted | None:
     """What the object asks for. The modifier must be its last one."""
     modifier = thing.modifiers[-1] if len(thing.modifiers) > 0 else None
     is_preview = context.depsgraph.mode == "VIEWPORT"
-    if modifier is None or modifier.type != "SUBSURF":
+    if modifier is None or modifier.type != "SUBSURF" or not context.divides:
         return None
     if thing.original.as_pointer() not in context.base_is_evaluated and not (modifier.show_viewport if is_preview else modifier.show_render):
         return None

@@ -267,6 +267,27 @@ TEXTS = {
     "Light refracted by glass onto diffuse surfaces": "Licht, das durch Glas gebrochen auf diffuse Oberflächen fällt",
 
     # ---- Film, curves, motion blur --------------------------------------------------------------------------------------
+    "Roughness": "Rauheit",
+    "Ambient Occlusion": "Umgebungsverdeckung",
+    "The world in the direction of each place from the origin": "Die Welt in der Richtung jedes Ortes vom Ursprung aus",
+    "The mean roughness of the surface": "Die mittlere Rauheit der Oberfläche",
+    "How open the surface is": "Wie offen die Oberfläche ist",
+    "None": "Keine",
+    "Transparent Glass": "Transparentes Glas",
+    "Make the film transparent behind glass": "Macht den Film hinter Glas transparent",
+    "Roughness Threshold": "Grenze der Rauheit",
+    "Glass that is rougher than this stays opaque": "Raueres Glas bleibt undurchsichtig",
+    "Transparent Shadows": "Transparente Schatten",
+    "Light passes the transparent parts of the material": "Licht durchdringt die transparenten Teile des Materials",
+    "Bump Map Correction": "Bump-Korrektur",
+    "Light fades softly where a bump faces it and the surface does not": "Licht wird weich schwächer, wo ihm eine Beule zugewandt ist und die Oberfläche nicht",
+    "Shutter Type": "Verschlussart",
+    "How the rows of the picture are exposed": "Wie die Zeilen des Bildes belichtet werden",
+    "All rows together": "Alle Zeilen zugleich",
+    "Top-Bottom": "Von oben nach unten",
+    "One row after another, from the top to the bottom": "Eine Zeile nach der anderen, von oben nach unten",
+    "Rolling Shutter Duration": "Dauer des Rollverschlusses",
+    "Part of the time of the open shutter during which one row is exposed": "Anteil der Zeit des offenen Verschlusses, in der eine Zeile belichtet wird",
     "Exposure": "Belichtung",
     "Brightness multiplier": "Faktor der Helligkeit",
     "Pixel Filter": "Pixelfilter",
@@ -474,8 +495,8 @@ TEXTS = {
     "Light of shadow catchers relative to their light without other objects": "Licht von Schattenfängern im Verhältnis zu ihrem Licht ohne andere Objekte",
     "Blur this object when it moves": "Dieses Objekt unscharf rendern, wenn es sich bewegt",
     "Steps": "Schritte",
-    "Each step doubles the number of times at which the scene is evaluated. The largest number of all objects is used":
-        "Jeder Schritt verdoppelt die Zahl der Zeitpunkte, zu denen die Szene ausgewertet wird. Es gilt die größte Zahl aller Objekte",
+    "Each step doubles the number of times at which the motion of this object is followed":
+        "Jeder Schritt verdoppelt die Zahl der Zeitpunkte, zu denen der Bewegung dieses Objekts gefolgt wird",
     "Deformation": "Verformung",
     "Blur this object when it deforms": "Dieses Objekt unscharf rendern, wenn es sich verformt",
     "Shadow Terminator Offset": "Versatz der Schattengrenze",
@@ -606,8 +627,6 @@ TEXTS = {
 
     # ---- Unsupported settings: sentences that follow a name ---------------------------------------------------------------
     "Fast GI Approximation is not supported: all bounces are followed": "Schnelle GI-Näherung wird nicht unterstützt: alle Reflexionen werden verfolgt",
-    "Transparent Glass is not supported: glass in front of a transparent film is opaque":
-        "Transparentes Glas wird nicht unterstützt: Glas vor einem transparenten Film ist undurchsichtig",
     "Texture Limit is not supported: textures keep their size": "Texturgrenze wird nicht unterstützt: Texturen behalten ihre Größe",
     "Texture Resolution is not supported: textures keep their size": "Texturauflösung wird nicht unterstützt: Texturen behalten ihre Größe",
     "Sample Offset is not supported: choose another seed instead": "Versatz der Abtastwerte wird nicht unterstützt: stattdessen einen anderen Startwert wählen",
@@ -619,8 +638,6 @@ TEXTS = {
     "its Shadow Terminator Shading Offset is not supported and is ignored": "sein Schattierungsversatz der Schattengrenze wird nicht unterstützt und ignoriert",
     "a world that casts no shadows is not supported": "eine Welt ohne Schatten wird nicht unterstützt",
     "custom cameras are not supported: it is rendered as a perspective one": "benutzerdefinierte Kameras werden nicht unterstützt: sie wird als perspektivische gerendert",
-    "Transparent Shadows is always on": "transparente Schatten sind immer an",
-    "Bump Map Correction is always on": "die Korrektur von Bump-Maps ist immer an",
     "the AOV {name} has no name of its own and is not rendered": "das AOV {name} hat keinen eigenen Namen und wird nicht gerendert",
     "its AOV Output {name} has a link only at {other}, but the view layer's AOV shows {shown}":
         "seine AOV-Ausgabe {name} ist nur bei {other} verknüpft, aber das AOV der Ansichtsebene zeigt {shown}",
@@ -631,11 +648,10 @@ TEXTS = {
         "ihre Lichtgruppe {group} gibt es nicht, daher wird deren Wichtigkeit nicht verwendet",
     "Filter Glossy is ignored: glossy surfaces seen after a diffuse bounce keep their roughness":
         "Glanzfilter wird ignoriert: glänzende Oberflächen behalten nach einer diffusen Reflexion ihre Rauheit",
-    "a rolling shutter is not supported: all lines of the picture are exposed together":
-        "ein Rollverschluss wird nicht unterstützt: alle Zeilen des Bildes werden zugleich belichtet",
-    "its lens changes while the shutter is open; only its motion is blurred": "ihr Objektiv ändert sich bei offenem Verschluss; nur ihre Bewegung wird unscharf",
-    "it deforms while the shutter is open; motion blur supports only moving objects, not deformation":
-        "es verformt sich bei offenem Verschluss; Bewegungsunschärfe gibt es nur für bewegte Objekte, nicht für Verformung",
+    "the number of its vertices changes while the shutter is open, so that only its motion is blurred":
+        "die Anzahl seiner Punkte ändert sich bei offenem Verschluss, daher wird nur seine Bewegung unscharf",
+    "it deforms while the shutter is open; with adaptive subdivision, only its motion is blurred":
+        "es verformt sich bei offenem Verschluss; bei adaptiver Unterteilung wird nur seine Bewegung unscharf",
     "the panorama type {kind} is not supported; it renders as equirectangular": "der Panoramatyp {kind} wird nicht unterstützt; sie rendert äquirektangular",
     "it has unsaved changes: the files of its tiles are used": "es hat ungespeicherte Änderungen: die Dateien seiner Kacheln werden verwendet",
     "it is invisible to some rays ({kinds}), but where it is sampled directly, it illuminates surfaces that scatter such rays":

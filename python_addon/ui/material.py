@@ -104,6 +104,9 @@ class AJAR_MATERIAL_PT_settings(MaterialPanel, Panel):
         column = self.column()
         column.prop(context.material, "pass_index")
         column.prop(compat.displacement_owner(context.material), "displacement_method", text="Displacement")
+        column.prop(compat.transparency_owner(context.material), "use_transparent_shadow")
+        if compat.has_bump_correction():
+            column.prop(context.material.ajar, "use_bump_map_correction")
 
 
 CLASSES = (AJAR_MATERIAL_PT_slots, AJAR_MATERIAL_PT_preview, AJAR_MATERIAL_PT_surface, AJAR_MATERIAL_PT_volume, AJAR_MATERIAL_PT_displacement,

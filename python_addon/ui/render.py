@@ -180,6 +180,12 @@ class AJAR_RENDER_PT_film(AjarPanel, Panel):
         row.active = settings.filter != "BOX"
         row.prop(settings, "filter_width")
         column.prop(context.scene.render, "film_transparent", text="Transparent")
+        glass = column.column()
+        glass.active = context.scene.render.film_transparent
+        draw_inherited(glass, settings, "transparent_glass")
+        rough = glass.column()
+        rough.active = settings.transparent_glass
+        draw_inherited(rough, settings, "transparent_glass_roughness")
 
 
 class AJAR_RENDER_PT_curves(AjarPanel, Panel):
@@ -221,6 +227,11 @@ class AJAR_RENDER_PT_motion_blur(AjarPanel, Panel):
         column.active = render.use_motion_blur
         column.prop(compat.shutter_owner(context.scene), "motion_blur_position", text="Position")
         column.prop(render, "motion_blur_shutter")
+        settings = context.scene.ajar
+        draw_inherited(column, settings, "rolling_shutter_type")
+        duration = column.column()
+        duration.active = settings.rolling_shutter_type != "NONE"
+        draw_inherited(duration, settings, "rolling_shutter_duration")
 
 
 class AJAR_RENDER_PT_shutter_curve(AjarPanel, Panel):

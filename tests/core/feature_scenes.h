@@ -80,6 +80,18 @@ inline std::vector<TransportScene> feature_scenes() {
     move_instance(d, 1, moved(Vec3(-0.3f, 0.3f, -0.4f), 0.4f), moved(Vec3(0.3f, 0.3f, -0.2f), 0.4f));
     d.lights.push_back(lamp);
   });
+  add("deforming_ball", [&](SceneDescription& d) {
+    MeshDescription mesh = sphere(8);
+    for (const Vec3 factor : {Vec3(0.5f, 0.5f, 1.5f), Vec3(1.5f, 1.0f, 0.5f)})
+      for (const Vec3 p : mesh.positions) mesh.motion_positions.push_back(factor * p);
+    add_object(d, std::move(mesh), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    d.lights.push_back(lamp);
+  });
+  add("zooming_camera", [&](SceneDescription& d) {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    d.lights.push_back(lamp);
+    d.camera.window_motion = {0.7f * d.camera.screen_window, 1.1f * d.camera.screen_window};
+  });
   add("moving_camera", [&](SceneDescription& d) {
     add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
     d.lights.push_back(lamp);

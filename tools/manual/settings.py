@@ -35,12 +35,13 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
             "Scene.bounces_total", "Scene.bounces_diffuse", "Scene.bounces_glossy", "Scene.bounces_transmission", "Scene.bounces_volume", "Scene.bounces_transparent",
             "Scene.clamp_direct", "Scene.clamp_indirect", "Scene.reflective_caustics", "Scene.refractive_caustics")),
         "AJAR_RENDER_PT_film": ("The brightness of the picture, the filter of its pixels, and whether the world is transparent in it. *Transparent* is a setting of Blender.", (
-            "Scene.exposure", "Scene.filter", "Scene.filter_width")),
+            "Scene.exposure", "Scene.filter", "Scene.filter_width", "Scene.transparent_glass", "Scene.transparent_glass_roughness")),
         "AJAR_RENDER_PT_curves": ("The shape of hair and curves. More: [Hair](rendering.md#hair).", ("Scene.curve_shape", "Scene.curve_subdivisions")),
         "AJAR_RENDER_PT_subdivision": ("How finely adaptive subdivision divides surfaces. More: [Adaptive subdivision](rendering.md#adaptive-subdivision).", (
             "Scene.dicing_rate", "Scene.preview_dicing_rate", "Scene.offscreen_dicing_scale", "Scene.max_subdivisions", "Scene.dicing_camera")),
         "AJAR_RENDER_PT_motion_blur": ("Blurs objects and the camera that move while the shutter is open. *Shutter* is a setting of Blender. "
-                                       "More: [Cameras and motion blur](rendering.md#cameras-and-motion-blur).", ("Scene.motion_blur_position",)),
+                                       "More: [Cameras and motion blur](rendering.md#cameras-and-motion-blur).", (
+            "Scene.motion_blur_position", "Scene.rolling_shutter_type", "Scene.rolling_shutter_duration")),
         "AJAR_RENDER_PT_shutter_curve": (f"How far the shutter is open at each moment. {BLENDERS}", ()),
         "AJAR_RENDER_PT_performance": ("Threads and memory. The picture does not depend on the number of threads. The settings of threads are Blender's own. "
                                        "More: [Performance](rendering.md#performance), [Memory](memory.md).", ("Scene.memory_limit",)),
@@ -103,8 +104,8 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
         "AJAR_MATERIAL_PT_surface": (f"The node that is linked to the input *Surface* of the output. {BLENDERS}", ()),
         "AJAR_MATERIAL_PT_volume": (f"The node that is linked to the input *Volume* of the output. More: [Volumes](rendering.md#volumes). {BLENDERS}", ()),
         "AJAR_MATERIAL_PT_displacement": (f"The node that is linked to the input *Displacement* of the output. The method of the material says whether it moves the surface. {BLENDERS}", ()),
-        "AJAR_MATERIAL_PT_settings": ("The pass index of the material, and what its displacement does.", (
-            "Material.displacement_method",)),
+        "AJAR_MATERIAL_PT_settings": ("The pass index of the material, what its displacement does, and how light passes it.", (
+            "Material.displacement_method", "Material.use_transparent_shadow", "Material.use_bump_map_correction")),
     },
     "Light tab": {
         "AJAR_LIGHT_PT_light": ("Type, colour, power and size of the lamp, which are settings of Blender, and how the lamp is sampled.", (

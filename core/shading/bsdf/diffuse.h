@@ -71,6 +71,7 @@ inline float microfacet_bump_shadowing(Vec3 n, Vec3 bumped, Vec3 light) {
 /// Factor on a diffuse lobe whose normal `bumped` differs from the surface's normal `n`. `light` is the direction
 /// towards the light.
 inline float bump_shadowing(BumpTerminator terminator, Vec3 n, Vec3 bumped, Vec3 light) {
+  if (terminator == BumpTerminator::None) return 1.0f;
   if (terminator == BumpTerminator::Microfacet) return microfacet_bump_shadowing(n, bumped, light);
   const float cos_light = glm::dot(bumped, light);
   if (cos_light < 0.0f) n = -n;

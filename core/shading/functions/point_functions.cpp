@@ -29,7 +29,7 @@ float hair_info(const ShadingPoint& point, HairOutput output) {
              point.barycentric.x * (strands.intercepts[first + 1] - strands.intercepts[first]);
     }
     case HairOutput::Length: return strands.lengths[strand];
-    case HairOutput::Thickness: return 2.0f * strands.radius(segment, point.barycentric.x);
+    case HairOutput::Thickness: return 2.0f * strands.radius(segment, point.barycentric.x, point.time);
     case HairOutput::Random: {
       const uint32_t key[] = {strand, 0};
       return float(hash_words(key)) / float(0xffffffffu);
@@ -44,7 +44,7 @@ bool is_point(const ShadingPoint& point) {
 
 Vec3 point_info(const ShadingPoint& point, PointOutput output) {
   if (!is_point(point) || !point.instance) return Vec3(0.0f);
-  const Vec4 sphere = point.mesh->points->spheres[point.primitive];
+  const Vec4 sphere = point.mesh->points->sphere(point.primitive, point.time);
   Mat4 moved;
   switch (output) {
     case PointOutput::Position:
@@ -104,6 +104,15 @@ Vec3 generated(const ShadingPoint& point) {
   if (!point.mesh) return point.position;
   const BuiltMesh& mesh = *point.mesh;
   Mat4 moved;
+  if (mesh.deformation && mesh.undeformed_position < 0 && point.primitive != kInsideVolume) [[unlikely]] {
+    // The coordinates of a place stay what they are in the shape of the frame, as in Cycles.
+    const UVec3 v = mesh.triangles[point.primitive];
+    const Vec2 b = point.barycentric;
+    const Vec3 still = (1.0f - b.x - b.y) * mesh.positions[v.x] + b.x * mesh.positions[v.y] + b.y * mesh.positions[v.z];
+    const Vec3 on_mesh = mesh.baked && point.instance ? transform_point(point.instance->object_from_world, still)
+                                                      : still;
+    return divide((on_mesh - mesh.texture_space_location) * 0.5f, mesh.texture_space_size) + 0.5f;
+  }
   // All points of a strand have the coordinates of its root, as in Cycles.
   const Vec3 position = is_strand(point) && mesh.undeformed_position < 0
                             ? (mesh.baked && point.instance
@@ -208,9 +217,7 @@ Vec3 front_in_object_space(const ShadingPoint& point, Vec3 front) {
   const BuiltMesh& mesh = *point.mesh;
   const auto in_object = [&](Vec3 n) { return point.instance ? normal_to_object(*point.instance, point.time, n) : n; };
   if (mesh.normals.empty()) return in_object(front);
-  const uint32_t t = point.primitive;
-  const UVec3 i = mesh.normal_domain == Domain::Vertex ? mesh.triangles[t] : UVec3(3 * t, 3 * t + 1, 3 * t + 2);
-  Vec3 n[3] = {mesh.normals[i.x], mesh.normals[i.y], mesh.normals[i.z]};
+  Corners n = mesh.corner_normals(point.primitive, point.time);
   if (mesh.baked)
     for (Vec3& normal : n) normal = in_object(normal);
   const Vec2 b = point.barycentric;

@@ -55,7 +55,12 @@ void grow(Vec3 p, Vec3& lower, Vec3& upper) {
 /// World-space bounds of an instance over the whole shutter interval.
 void bounds_of(const BuiltMesh& mesh, const BuiltInstance& instance, Vec3& lower, Vec3& upper) {
   Vec3 low(kInfinity), high(-kInfinity);
-  for (size_t i = 0; i + 1 < mesh.positions.size(); ++i) grow(mesh.positions[i], low, high);
+  const auto grow_by = [&](const std::vector<Vec3>& positions) {
+    for (size_t i = 0; i + 1 < positions.size(); ++i) grow(positions[i], low, high);
+  };
+  grow_by(mesh.positions);
+  if (mesh.deformation)
+    for (const Deformation::Key& key : mesh.deformation->keys) grow_by(key.positions);
   if (mesh.baked || !(low.x <= high.x)) {
     lower = low;
     upper = high;

@@ -104,7 +104,7 @@ Media::Samples Media::sample_cells(Medium& medium, Vec3 extent) const {
       // Points at the same places of all cells show which axes the extinction varies along.
       Pcg32& rng = k < kSamplesPerCell / 2 ? shared : own;
       inside.position = corner + medium.size * Vec3(rng.next_float(), rng.next_float(), rng.next_float());
-      inside.time = instance.motion ? rng.next_float() : 0.0f;
+      inside.time = instance.motion ? rng.next_float() : 0.0f;  // in a mesh that deforms, the media stay
       inside.ray_kind = k % 4 == 3 ? uint32_t(kRayShadow) : uint32_t(kRayCamera);
       MediumPoint point;
       add(medium, inside, point, ignored);

@@ -35,6 +35,9 @@ class EyeWalk {
   Hit hit;
   ShadingPoint point;      ///< type and depths of the ray; after `arrive`, the surface
   SurfaceShading shading;  ///< the result of shading that surface
+  /// Whether a transparent film is transparent where the ray ends: it has crossed nothing but clear glass
+  /// (RenderSettings::transparent_glass). Only walks that call `note_bounce` may set it.
+  bool clear = false;
 
   /// Finds the closest surface along the ray.
   void trace() {
@@ -51,7 +54,8 @@ class EyeWalk {
   /// transparent film does not show the environment.
   template <class Meet>
   void meet_distant(Meet&& meet) const {
-    for_each_distant_light(scene_, ray, point.ray_kind, !(seen_directly() && scene_.settings().transparent_film), meet);
+    for_each_distant_light(scene_, ray, point.ray_kind,
+                           !((seen_directly() || clear) && scene_.settings().transparent_film), meet);
   }
   /// Moves to the surface. Returns false at a hole in the film.
   bool arrive() {
@@ -74,6 +78,9 @@ class EyeWalk {
     return luminance(beta * (Color(1.0f) - transparency)) * (1.0f - shading.holdout);
   }
   float alpha_of_nothing(Color beta) const {
+    // The glass has been counted as opaque.
+    if (clear && !seen_directly()) [[unlikely]]
+      return -(beta.x + beta.y + beta.z) / 3.0f;
     return seen_directly() && !scene_.settings().transparent_film ? luminance(beta) : 0.0f;
   }
 
@@ -99,6 +106,11 @@ class EyeWalk {
   }
   /// Continues straight through a surface that only encloses a volume. It is not counted at all.
   void pass_uncounted() { ray = scene_.straight_on(point, ray, hit.t); }
+  void note_bounce(const BsdfSample& sample) {
+    if (clear) [[unlikely]]
+      clear = (sample.flags & kTransmission) && !(sample.flags & kDiffuse) &&
+              (sample.specular || sample.roughness <= scene_.settings().transparent_glass_roughness);
+  }
   /// Continues in a sampled direction. `count_bounce` has been called before.
   void leave_along(Vec3 direction) { ray = scene_.spawn_ray(point, direction); }
 

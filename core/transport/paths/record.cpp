@@ -73,6 +73,35 @@ float openness(const Scene& scene, const ShadingPoint& point, Vec3 normal, const
   return average(scene.transmittance(ray, scene.settings().bounces.transparent));
 }
 
+/// The roughness of a lobe, as Cycles defines it for the pass: 0 for plain diffuse lobes, 1 for those without a roughness.
+float roughness_of(const Lobe& lobe) {
+  switch (lobe.kind) {
+    case LobeKind::Diffuse:
+    case LobeKind::PrincipledDiffuse: return lobe.roughness;
+    case LobeKind::Translucent:
+    case LobeKind::Sheen:
+    case LobeKind::MicrofiberSheen:
+    case LobeKind::ToonDiffuse:
+    case LobeKind::PrincipledRetro: return 0.0f;
+    case LobeKind::MicrofacetReflection:
+    case LobeKind::MicrofacetRefraction:
+    case LobeKind::MicrofacetGlass:
+    case LobeKind::MicrofacetThin: return lobe.is_delta() ? 0.0f : std::sqrt(std::sqrt(lobe.alpha_x * lobe.alpha_y));
+    default: return 1.0f;
+  }
+}
+
+/// The mean roughness of the lobes by their weights.
+float mean_roughness(const Bsdf& bsdf) {
+  float sum = 0.0f, weights = average(bsdf.transparency());
+  for (int i = 0; i < bsdf.lobe_count(); ++i) {
+    const float weight = std::abs(average(bsdf.lobe(i).weight));
+    sum += weight * roughness_of(bsdf.lobe(i));
+    weights += weight;
+  }
+  return weights > 0.0f ? sum / weights : 0.0f;
+}
+
 /// The place of the surface point one frame before or after.
 Vec3 place_at_frame(const Scene& scene, const ShadingPoint& point, int frame) {
   const BuiltInstance& instance = *point.instance;
@@ -123,6 +152,7 @@ SampleAux* record_surface(const Scene& scene, const ShadingPoint& point, const B
     if (extras->wants_mattes) extras->mattes.push_back({scene.matte_ids(point), covered});
     if (extras->aov_passes && before_first) record_aovs(program, point, average(beta), *extras);
     if (extras->wants_motion && first) record_motion(scene, point, *extras);
+    if (extras->wants_roughness && first) extras->roughness = mean_roughness(bsdf);
     if (extras->wants_occlusion) extras->occlusion += covered * openness(scene, point, bsdf.n, *extras);
   }
   if (!now.has_guides) now.has_guides = record_guides(point, bsdf, now);

@@ -104,7 +104,7 @@ def test_every_integrator_bakes_or_path_tracing_does(build, square, target, inte
 
 @pytest.mark.parametrize(("kind", "more"), [
     ("COMBINED", {}), ("COMBINED", {"pass_filter": {"DIRECT", "DIFFUSE"}}), ("DIFFUSE", {"pass_filter": {"DIRECT", "INDIRECT", "COLOR"}}),
-    ("GLOSSY", {"pass_filter": {"DIRECT", "INDIRECT", "COLOR"}}), ("EMIT", {}), ("POSITION", {}),
+    ("GLOSSY", {"pass_filter": {"DIRECT", "INDIRECT", "COLOR"}}), ("EMIT", {}), ("POSITION", {}), ("AO", {}), ("ROUGHNESS", {}),
     ("NORMAL", {"normal_space": "TANGENT"}), ("NORMAL", {"normal_space": "OBJECT"}),
 ])
 def test_bakes_agree_with_cycles(build, target, kind, more):
@@ -159,6 +159,86 @@ def test_selected_to_active_bakes_the_other_object(build, square, target):
 def test_a_kind_that_ajar_does_not_bake_is_an_error_with_its_name(square, target):
     with pytest.raises(RuntimeError, match="Shadow"):
         baked(square, target, "SHADOW")
+
+
+def test_the_environment_is_seen_from_the_origin(build, square, target):
+    """The colour of the world is the direction; Cycles bakes it in the direction of each place."""
+    world = bpy.data.worlds.new("World")
+    bpy.context.scene.world = world
+    world.use_nodes = True
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    coordinates = nodes.new("ShaderNodeTexCoord")
+    background = next(node for node in nodes if node.type == "BACKGROUND")
+    links.new(coordinates.outputs["Generated"], background.inputs["Color"])
+    square.location.z = 3.0
+    bpy.context.view_layer.update()
+    directions = places(square) / np.linalg.norm(places(square), axis=-1, keepdims=True)
+    ours, theirs = (baked(square, target, "ENVIRONMENT", engine, 64) for engine in ("AJAR", "CYCLES"))
+    np.testing.assert_allclose(ours, np.maximum(directions, 0.0), atol=0.01)
+    np.testing.assert_allclose(ours, np.maximum(theirs, 0.0), atol=0.01)   # Ajar clips negative light
+
+
+def test_roughness_is_the_mean_of_the_lobes(build, square, target):
+    material = square.data.materials[0]
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    glossy, both = nodes.new("ShaderNodeBsdfGlossy"), nodes.new("ShaderNodeMixShader")
+    glossy.inputs["Roughness"].default_value, both.inputs[0].default_value = 0.6, 0.25
+    rough = nodes.new("ShaderNodeBsdfDiffuse")
+    rough.inputs["Roughness"].default_value = 0.4
+    links.new(rough.outputs[0], both.inputs[1])
+    links.new(glossy.outputs[0], both.inputs[2])
+    links.new(both.outputs[0], next(node for node in nodes if node.type == "OUTPUT_MATERIAL").inputs["Surface"])
+    ours, theirs = (baked(square, target, "ROUGHNESS", engine, 4) for engine in ("AJAR", "CYCLES"))
+    np.testing.assert_allclose(ours, 0.75 * 0.4 + 0.25 * 0.6, atol=2e-3)
+    np.testing.assert_allclose(ours, theirs, atol=2e-3)
+
+
+@pytest.mark.parametrize("subsurf", [False, True])
+def test_baked_surfaces_are_not_displaced(build, square, target, subsurf):
+    """Texels of displaced places would be black."""
+    material = square.data.materials[0]
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    displacement = nodes.new("ShaderNodeDisplacement")
+    displacement.inputs["Height"].default_value = 1.5
+    links.new(displacement.outputs[0], next(node for node in nodes if node.type == "OUTPUT_MATERIAL").inputs["Displacement"])
+    material.cycles.displacement_method = "DISPLACEMENT"
+    if subsurf:
+        bpy.context.scene.cycles.feature_set = "EXPERIMENTAL"
+        square.cycles.use_adaptive_subdivision = True
+        square.modifiers.new("Divide", "SUBSURF").subdivision_type = "SIMPLE"
+    np.testing.assert_allclose(baked(square, target, "DIFFUSE", pass_filter={"COLOR"}), np.broadcast_to([0.8, 0.3, 0.1], (SIZE, SIZE, 3)), atol=2e-3)
+
+
+def test_the_scene_is_exported_once_for_several_images(build, square, target, monkeypatch):
+    from ajar_render import bake
+    other = bpy.data.images.new("Other", SIZE, SIZE, float_buffer=True)
+    mesh = build.mesh("Two", vertices=((-1, -1, 0), (0, -1, 0), (0, 1, 0), (-1, 1, 0), (0, -1, 0), (1, -1, 0), (1, 1, 0), (0, 1, 0)),
+                      faces=((0, 1, 2, 3), (4, 5, 6, 7)))
+    mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", 2 * [0, 0, 1, 0, 1, 1, 0, 1])
+    thing = build.object(mesh, "Two")
+    mesh.materials.append(diffuse(build, (0.5, 0.6, 0.7), target))
+    mesh.materials.append(diffuse(build, (0.1, 0.2, 0.3), other))
+    mesh.polygons[1].material_index = 1
+    exports = []
+    original = bake.export_scene
+    monkeypatch.setattr(bake, "export_scene", lambda *more, **named: exports.append(1) or original(*more, **named))
+    np.testing.assert_allclose(baked(thing, target, "DIFFUSE", pass_filter={"COLOR"}), np.broadcast_to([0.5, 0.6, 0.7], (SIZE, SIZE, 3)), atol=2e-3)
+    pixels = np.empty(SIZE * SIZE * 4, dtype=np.float32)
+    other.pixels.foreach_get(pixels)
+    np.testing.assert_allclose(pixels.reshape(-1, 4)[:, :3], np.broadcast_to([0.1, 0.2, 0.3], (SIZE * SIZE, 3)), atol=2e-3)
+    assert len(exports) == 1
+
+
+@pytest.mark.parametrize("fault", ["no UV map", "no size"])
+def test_bakes_that_have_nowhere_to_go_name_the_object(build, square, target, fault):
+    if fault == "no UV map":
+        square.data.uv_layers.remove(square.data.uv_layers[0])
+    else:
+        node = next(node for node in square.data.materials[0].node_tree.nodes if node.type == "TEX_IMAGE")
+        node.image = bpy.data.images.new("Nothing", 1, 1)
+        node.image.source, node.image.filepath = "FILE", "//missing.png"
+    with pytest.raises(RuntimeError, match=square.name):
+        baked(square, target, "DIFFUSE", pass_filter={"COLOR"})
 
 
 def test_a_scene_without_camera_and_light_bakes_black(scene, square, target):

@@ -19,7 +19,7 @@ SOURCES = [path for path in sorted(ADDON.rglob("*.py")) if path.relative_to(ADDO
 TEXT_ARGUMENT = {"interface": 0, "report": 0, "tooltip": 0, "say": 1, "warn": 1}   # functions of the add-on that translate, and the index of the argument
 KEYWORDS = {"text", "heading"}                                                     # arguments of layout functions that Blender translates
 BUILT_AT_RUN_TIME = {"status_text_set": 0, "poll_message_set": 0}                  # functions of Blender that do not translate, and the index of the argument
-UNSUPPORTED = (unsupported.SCENE, unsupported.VIEW_LAYER, unsupported.OBJECT, unsupported.WORLD, unsupported.CAMERA, unsupported.MATERIAL)
+UNSUPPORTED = (unsupported.SCENE, unsupported.VIEW_LAYER, unsupported.OBJECT, unsupported.WORLD, unsupported.CAMERA)
 LANGUAGES = list(translations.LANGUAGES)
 
 

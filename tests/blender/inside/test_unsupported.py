@@ -33,7 +33,7 @@ def datablocks(build, scene):
     scene.world = bpy.data.worlds.new("Sky")
     scene.render.use_simplify = scene.render.film_transparent = True
     return {"SCENE": (scene, scene.name), "VIEW_LAYER": (scene.view_layers[0], scene.view_layers[0].name), "OBJECT": (thing, "Wall"), "LIGHT": (lamp.data, "Bulb"),
-            "WORLD": (scene.world, "Sky"), "CAMERA": (scene.camera.data, "Camera"), "MATERIAL": (material, "Paint")}
+            "WORLD": (scene.world, "Sky"), "CAMERA": (scene.camera.data, "Camera")}
 
 
 def warnings() -> set[tuple[str, str]]:
@@ -46,7 +46,7 @@ def test_a_plain_scene_has_no_warnings(datablocks):
     assert warnings() == set()
 
 
-KINDS = ("SCENE", "VIEW_LAYER", "OBJECT", "WORLD", "CAMERA", "MATERIAL")
+KINDS = ("SCENE", "VIEW_LAYER", "OBJECT", "WORLD", "CAMERA")
 
 
 @pytest.mark.parametrize("kind, setting", [(kind, setting) for kind in KINDS for setting in getattr(unsupported, kind)],

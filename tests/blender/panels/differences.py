@@ -47,6 +47,10 @@ REPLACED = {
     ("CyclesObjectSettings", "dicing_rate"): ("AjarObjectSettings", "dicing_rate"),
     **{("CyclesRenderSettings", name): ("AjarSceneSettings", name) for name in ("use_camera_cull", "camera_cull_margin", "use_distance_cull", "distance_cull_margin")},
     **{("CyclesObjectSettings", name): ("AjarObjectSettings", name) for name in ("use_camera_cull", "use_distance_cull")},
+    **{("CyclesRenderSettings", name): ("AjarSceneSettings", name) for name in ("rolling_shutter_type", "rolling_shutter_duration")},
+    ("CyclesRenderSettings", "film_transparent_glass"): ("AjarSceneSettings", "transparent_glass"),
+    ("CyclesRenderSettings", "film_transparent_roughness"): ("AjarSceneSettings", "transparent_glass_roughness"),
+    **{("CyclesMaterialSettings", name): ("AjarMaterialSettings", name) for name in ("use_transparent_shadow", "use_bump_map_correction")},
     ("CyclesLightSettings", "max_bounces"): ("AjarLightSettings", "max_bounces"),
     ("CyclesWorldSettings", "max_bounces"): ("AjarWorldSettings", "max_bounces"),
     ("CyclesRenderLayerSettings", "use_pass_shadow_catcher"): ("AjarViewLayerSettings", "use_pass_shadow_catcher"),
@@ -68,9 +72,8 @@ MNEE = "setting of the shadow caustics of Cycles; Ajar finds caustics without ma
 
 ABSENT = {
     **{("CyclesRenderSettings", name): REPORTED for name in (
-        "use_fast_gi", "fast_gi_method", "ao_bounces", "ao_bounces_render", "film_transparent_glass", "film_transparent_roughness",
-        "texture_limit", "texture_limit_render", "texture_resolution",
-        "texture_resolution_render", "sample_offset", "use_sample_subset", "sample_subset_length", "rolling_shutter_type", "rolling_shutter_duration",
+        "use_fast_gi", "fast_gi_method", "ao_bounces", "ao_bounces_render", "texture_limit", "texture_limit_render", "texture_resolution",
+        "texture_resolution_render", "sample_offset", "use_sample_subset", "sample_subset_length",
         "blur_glossy")},
     **{("CyclesRenderSettings", name): NOISE for name in (
         "adaptive_min_samples", "use_preview_adaptive_sampling", "preview_adaptive_threshold", "preview_adaptive_min_samples", "sampling_pattern",
@@ -86,9 +89,6 @@ ABSENT = {
         "preview_denoising_use_gpu")},
     **{("CyclesRenderSettings", name): STEPS for name in ("volume_step_rate", "volume_preview_step_rate", "volume_max_steps", "volume_biased")},
     **{("template_ID", f"{name}_collection"): "Blender shows light linking for every engine since 4.3; Ajar has panels of its own before" for name in ("receiver", "blocker")},
-    ("CyclesMaterialSettings", "use_transparent_shadow"): REPORTED,
-    ("CyclesMaterialSettings", "use_bump_map_correction"): REPORTED,
-    ("Material", "use_transparent_shadow"): REPORTED,
     ("RenderSettings", "use_texture_cache"): DEVICE,
     ("RenderSettings", "use_auto_generate_texture_cache"): DEVICE,
     ("CyclesMaterialSettings", "sample_as_light"): NOISE,

@@ -43,12 +43,11 @@ READ = {
     "WorldMistSettings": "start depth falloff",
     "Camera": "type sensor_* angle* clip_start clip_end lens ortho_scale shift_x shift_y dof cycles panorama_type fisheye_* latitude_* longitude_*",
     "CameraDOFSettings": "*",
-    "Material": "use_nodes node_tree diffuse_color pass_index displacement_method cycles",
+    "Material": "use_nodes node_tree diffuse_color pass_index displacement_method use_transparent_shadow cycles",
 }
 REPORTED = {
     "Camera": "custom_* cycles_custom central_cylindrical_* stereo",
     "ViewLayer": "use_pass_subsurface_*",
-    "Material": "use_transparent_shadow",
 }
 NO_MEANING = {
     "Scene": {

@@ -124,6 +124,156 @@ TEST(Motion, the_shutter_curve_weights_the_time) {
   EXPECT_NEAR(row[8], covered(8) / 3.0f, 0.01f);
 }
 
+/// Gives a mesh shapes that are its own, moved by these distances.
+void deform(MeshDescription& mesh, std::initializer_list<Vec3> offsets) {
+  for (const Vec3 offset : offsets)
+    for (const Vec3 p : mesh.positions) mesh.motion_positions.push_back(p + offset);
+}
+
+TEST(Motion, a_square_that_deforms_is_blurred_as_one_that_slides) {
+  for (const bool moves_too : {false, true}) {
+    SceneDescription d = sliding_square();
+    // In the space of the square, x is that of the world or the opposite; the blur is symmetric.
+    deform(d.meshes[0], {Vec3(-1.0f, 0, 0), Vec3(0.0f), Vec3(1.0f, 0, 0)});
+    const float rest = moves_too ? 1.0f : 0.0f;
+    const Mat4 start = shining(Vec3(0), Vec3(0, 1, 0));
+    const float sign = start[0].x > 0.0f ? 1.0f : -1.0f;
+    if (moves_too)
+      move(d, 0, {shining(Vec3(-sign * rest, 0, 0), Vec3(0, 1, 0)), shining(Vec3(sign * rest, 0, 0), Vec3(0, 1, 0))});
+    const auto row = middle_row(rendered(d, 1024));
+    const float reach = 1.0f + rest;  // the square moves from -reach to reach
+    for (int x = 0; x < 16; ++x) {
+      double expected = 0.0;
+      for (int i = 0; i < 100; ++i) {
+        const double place = -2.0 + 0.25 * (x + (i + 0.5) / 100.0);
+        expected += std::max(0.0, std::min<double>(place + 0.5, reach) - std::max<double>(place - 0.5, -reach)) /
+                    (2.0 * reach) / 100.0;
+      }
+      EXPECT_NEAR(row[size_t(x)], expected, 0.015f) << x << (moves_too ? " moves too" : "");
+    }
+  }
+}
+
+TEST(Motion, shading_points_are_on_the_shape_of_their_time) {
+  SceneDescription d;
+  MeshDescription mesh = sphere(16);
+  mesh.normals.clear();
+  for (const Vec3 p : mesh.positions) mesh.normals.push_back(p);
+  mesh.normal_domain = Domain::Vertex;
+  for (const float radius : {1.0f, 2.0f, 1.0f})
+    for (const Vec3 p : mesh.positions) {
+      mesh.motion_positions.push_back(radius * p);
+      mesh.motion_normals.push_back(p);
+    }
+  for (const bool baked : {true, false}) {
+    SceneDescription one = d;
+    add_object(one, mesh, add_diffuse(one, Color(0.5f)), turned(0.4f, Vec3(3, 0, 0), 2.0f));
+    set_camera(one, Vec3(0, -9, 0), Vec3(0), 8);
+    const auto scene = build(one, nullptr, baked);
+    EXPECT_TRUE(scene->moves());
+    for (const float time : {0.0f, 0.25f, 0.5f, 0.9f, 1.0f}) {
+      Ray ray;
+      ray.origin = Vec3(3, -20, 0.1f);
+      ray.direction = Vec3(0, 1, 0);
+      ray.time = time;
+      const Hit hit = scene->intersect(ray, kRayCamera);
+      ASSERT_TRUE(hit.found());
+      ShadingPoint point;
+      scene->shading_point(ray, hit, point);
+      const float radius = 2.0f * (time < 0.5f ? 1.0f + 2.0f * time : 3.0f - 2.0f * time);
+      EXPECT_NEAR(glm::length(point.position - Vec3(3, 0, 0)), radius, 0.02f * radius) << time;
+      EXPECT_LT(glm::length(point.position - ray.origin - hit.t * ray.direction), 1e-4f);
+      EXPECT_LT(point.ns.y, -0.98f);
+      // A ray that leaves the surface does not hit it again.
+      EXPECT_FALSE(scene->intersect(scene->spawn_ray(point, point.ng), kRayDiffuse).found());
+      Ray inwards = scene->spawn_ray(point, -point.ng);
+      EXPECT_TRUE(scene->intersect(inwards, kRayDiffuse).found());
+    }
+  }
+}
+
+TEST(Motion, strands_and_points_deform) {
+  SceneDescription d;
+  MeshDescription cloud;
+  cloud.name = "cloud";
+  cloud.positions = {Vec3(0)};
+  cloud.radii = {0.5f};
+  cloud.motion_positions = {Vec3(-1, 0, 0), Vec3(1, 0, 0)};
+  cloud.motion_radii = {0.25f, 0.75f};
+  MeshDescription hair;
+  hair.name = "hair";
+  hair.positions = {Vec3(0, 0, -1), Vec3(0, 0, 1)};
+  hair.radii = {0.1f, 0.1f};
+  hair.strands = {0};
+  hair.strand_shape = StrandShape::Round;
+  hair.motion_positions = {Vec3(-1, 0, -1), Vec3(-1, 0, 1), Vec3(1, 0, -1), Vec3(1, 0, 1)};
+  const auto hits_at = [&](const MeshDescription& mesh, float x, float time) {
+    SceneDescription one = d;
+    add_object(one, mesh, add_diffuse(one, Color(0.5f)), turned(0.0f, Vec3(0, 0, 5)));
+    set_camera(one, Vec3(0, -9, 0), Vec3(0), 8);
+    const auto scene = build(one);
+    Ray ray;
+    ray.origin = Vec3(x, -9, 5);
+    ray.direction = Vec3(0, 1, 0);
+    ray.time = time;
+    const Hit hit = scene->intersect(ray, kRayCamera);
+    if (!hit.found()) return -1.0f;
+    ShadingPoint point;
+    scene->shading_point(ray, hit, point);
+    return -point.position.y;  // the radius, if the ray meets the middle
+  };
+  EXPECT_NEAR(hits_at(cloud, -1.0f, 0.0f), 0.25f, 1e-4f);
+  EXPECT_NEAR(hits_at(cloud, 0.5f, 0.75f), 0.625f, 1e-4f);
+  EXPECT_EQ(hits_at(cloud, -1.0f, 0.5f), -1.0f);
+  EXPECT_NEAR(hits_at(hair, -1.0f, 0.0f), 0.1f, 1e-3f);
+  EXPECT_NEAR(hits_at(hair, 0.5f, 0.75f), 0.1f, 1e-3f);
+  EXPECT_EQ(hits_at(hair, 0.5f, 0.25f), -1.0f);
+}
+
+TEST(Motion, shapes_that_do_not_match_the_mesh_are_not_used) {
+  for (const int fault : {0, 1, 2}) {
+    SceneDescription d = sliding_square();
+    deform(d.meshes[0], {Vec3(-1, 0, 0), Vec3(1, 0, 0)});
+    if (fault == 0) d.meshes[0].motion_positions.pop_back();
+    if (fault == 1) d.meshes[0].motion_positions[1].x = std::numeric_limits<float>::quiet_NaN();
+    if (fault == 2) d.meshes[0].motion_normals.push_back(Vec3(0, 0, 1));
+    Diagnostics diagnostics;
+    const auto scene = build(d, &diagnostics);
+    EXPECT_FALSE(scene->moves());
+    ASSERT_EQ(diagnostics.size(), 1u);
+    EXPECT_NE(diagnostics[0].message.find("without deformation"), std::string::npos);
+  }
+}
+
+TEST(Motion, a_camera_that_zooms_shows_the_same_as_a_square_that_grows) {
+  SceneDescription d = sliding_square();
+  d.camera.window_motion = {Vec4(-1, 1, -1, 1), Vec4(-3, 3, -3, 3)};
+  const auto row = middle_row(rendered(d, 1024));
+  for (int x = 0; x < 16; ++x) {
+    double expected = 0.0;
+    for (int i = 0; i < 100; ++i) {
+      // A place on the film at the fraction f of half its width is at f (1 + 2 t) metres.
+      const double f = std::abs(-1.0 + 0.125 * (x + (i + 0.5) / 100.0));
+      expected += std::clamp((0.5 / f - 1.0) / 2.0, 0.0, 1.0) / 100.0;
+    }
+    EXPECT_NEAR(row[size_t(x)], expected, 0.015f) << x;
+  }
+}
+
+TEST(Motion, rows_of_a_rolling_shutter_see_their_own_time) {
+  SceneDescription d = sliding_square();
+  d.meshes[0] = plane(2.0f);  // covers half of the film at a time
+  d.camera.row_exposure = 0.0f;
+  move(d, 0, {shining(Vec3(-4, 0, 0), Vec3(0, 1, 0)), shining(Vec3(0, 0, 0), Vec3(0, 1, 0))});
+  const auto image = rendered(d, 64);
+  for (int y = 0; y < 16; ++y) {  // the top row is the first
+    const double time = 1.0 - y / 16.0, edge = -2.0 + 4.0 * time;
+    double covered_width = 0.0;
+    for (int x = 0; x < 16; ++x) covered_width += 0.25 * image[size_t((y * 16 + x) * 4 + 1)];
+    EXPECT_NEAR(covered_width, edge + 2.0, 0.1) << y;
+  }
+}
+
 TEST(Motion, rays_that_leave_moving_surfaces_do_not_hit_them_again) {
   for (const float scale : {1e-3f, 1.0f, 1e3f}) {
     SceneDescription d;

@@ -91,18 +91,18 @@ TEST(Strands, catmull_rom_interpolates_the_points_and_the_tangent_is_the_derivat
     EXPECT_EQ(strands->point_of(s), point_of[s]);
     EXPECT_EQ(strands->strand_of(s), strand_of[s]);
     EXPECT_EQ(strands->root(s), mesh.positions[strand_of[s] == 0 ? 0 : 4]);
-    EXPECT_LT(glm::length(strands->center(s, 0.0f) - mesh.positions[point_of[s]]), 1e-6f);
-    EXPECT_LT(glm::length(strands->center(s, 1.0f) - mesh.positions[point_of[s] + 1]), 1e-6f);
+    EXPECT_LT(glm::length(strands->center(s, 0.0f, 0.0f) - mesh.positions[point_of[s]]), 1e-6f);
+    EXPECT_LT(glm::length(strands->center(s, 1.0f, 0.0f) - mesh.positions[point_of[s] + 1]), 1e-6f);
     for (float u : {0.1f, 0.5f, 0.8f}) {
-      const Vec3 difference = (strands->center(s, u + 1e-2f) - strands->center(s, u - 1e-2f)) / 2e-2f;
-      EXPECT_LT(glm::length(strands->tangent(s, u) - difference), 2e-3f) << s << " " << u;
+      const Vec3 difference = (strands->center(s, u + 1e-2f, 0.0f) - strands->center(s, u - 1e-2f, 0.0f)) / 2e-2f;
+      EXPECT_LT(glm::length(strands->tangent(s, u, 0.0f) - difference), 2e-3f) << s << " " << u;
     }
   }
   EXPECT_FLOAT_EQ(strands->lengths[0], 2.0f + std::sqrt(8.0f));
   EXPECT_FLOAT_EQ(strands->intercepts[1], 1.0f / strands->lengths[0]);
   EXPECT_FLOAT_EQ(strands->intercepts[3], 1.0f);
   EXPECT_FLOAT_EQ(strands->intercepts[4], 0.0f);
-  EXPECT_FLOAT_EQ(strands->radius(3, 0.5f), 0.15f);
+  EXPECT_FLOAT_EQ(strands->radius(3, 0.5f, 0.0f), 0.15f);
 }
 
 TEST(Strands, straight_pieces_have_round_joints_and_ends) {
