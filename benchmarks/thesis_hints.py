@@ -7,7 +7,8 @@
 SCENE.ajar comes from --ajar-dump-scene and contains the hints. Renders with and without hints alternate, seed by seed; T is the CPU time of the
 process, one thread. The variance is that between seeds, weighted as relMSE by the mean of all renders. Both use the same seeds, so that rare bright
 samples, most of which occur in both, have little influence. `--wrong` replaces the hints by others from the same light in random directions, with
-very wide to very narrow cones, and compares the means of 4 x 3 blocks and three colours by t-tests, with other seeds.
+very wide to very narrow cones, and compares the means of 4 x 3 blocks and three colours by t-tests, with other seeds. `--useless` replaces them by one
+narrow one in a random direction, whose cost T shows.
 """
 
 from __future__ import annotations
@@ -23,26 +24,27 @@ import numpy as np
 import ajar
 
 EPSILON = 0.01
+SPREADS = {"wrong": (3.1, 3.1, 0.5, 0.5, 0.1, 0.1, 1e-4, 1e-4), "useless": (0.1,)}
 
 
-def add_wrong(description: ajar.SceneDescription, numbers: np.random.Generator) -> None:
-    """Add hints with the start points of the scene's hints, in random directions to the first surface."""
+def add_wrong(description: ajar.SceneDescription, numbers: np.random.Generator, spreads: tuple[float, ...]) -> None:
+    """Add hints with the start points of the scene's hints, in random directions to the first surface, one for each spread."""
     start = np.array(description.hints[0].points[0], dtype=np.float32)
     step = 0.1 * max(np.linalg.norm(hint.points - start, axis=1).max() for hint in description.hints)
-    for number, spread in enumerate((3.1, 3.1, 0.5, 0.5, 0.1, 0.1, 1e-4, 1e-4)):
+    for number, spread in enumerate(spreads):
         direction = numbers.standard_normal(3)
         points = [start, start + step * direction / np.linalg.norm(direction)]
         description.add_hint(name=f"Wrong {number + 1}", points=np.array(points, dtype=np.float32), spread=spread)
 
 
 def render(options: argparse.Namespace, hints: str, seed: int) -> tuple[np.ndarray, float, dict]:
-    """Image, CPU seconds, statistics. `hints`: own, none or wrong."""
+    """Image, CPU seconds, statistics. `hints`: own, none, wrong or useless."""
     description = ajar.load_description(options.scene)
     if hints != "own":
         for hint in description.hints:
             hint.enabled = False
-    if hints == "wrong":
-        add_wrong(description, np.random.default_rng(1))
+    if hints in SPREADS:
+        add_wrong(description, np.random.default_rng(1), SPREADS[hints])
     settings = description.settings
     settings.width, settings.height = width, height = int(settings.width * options.scale), int(settings.height * options.scale)
     settings.region = [0, 0, 0, 0]
@@ -84,9 +86,10 @@ def main() -> None:
     parser.add_argument("--scale", type=float, default=0.15)
     parser.add_argument("--vertex-merging", choices=["on", "off"], default="off")
     parser.add_argument("--wrong", action="store_true")
+    parser.add_argument("--useless", action="store_true")
     options = parser.parse_args()
 
-    kinds = ("wrong", "none") if options.wrong else ("own", "none")
+    kinds = ("wrong" if options.wrong else "useless" if options.useless else "own", "none")
     images: dict[str, list[np.ndarray]] = {kind: [] for kind in kinds}
     seconds: dict[str, list[float]] = {kind: [] for kind in kinds}
     statistics = {}

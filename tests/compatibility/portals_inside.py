@@ -91,13 +91,14 @@ def tinted(scene: bpy.types.Scene) -> None:
 
 
 def mixed(scene: bpy.types.Scene) -> None:
+    """Two portals and a diffuse closure. With a Transparent BSDF, Cycles lets shadow rays pass as well, and counts light behind the surface twice."""
     lit()
     tree = plane((0.0, -2.0, 1.2), 2.6, math.radians(90.0))
-    diffuse, clear, first, second = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfDiffuse", "BsdfTransparent", "MixShader", "MixShader"))
+    diffuse, first, second = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfDiffuse", "MixShader", "MixShader"))
     diffuse.inputs["Color"].default_value = (0.2, 0.7, 0.3, 1.0)
     first.inputs[0].default_value, second.inputs[0].default_value = 0.4, 0.3
     tree.links.new(portal(tree, (2.0, 0.5, 0.3)).outputs[0], first.inputs[1])
-    tree.links.new(clear.outputs[0], first.inputs[2])
+    tree.links.new(portal(tree, None, 0.35, (0.9, 0.6, 0.3)).outputs[0], first.inputs[2])
     tree.links.new(first.outputs[0], second.inputs[1])
     tree.links.new(diffuse.outputs[0], second.inputs[2])
     output(tree, second.outputs[0])

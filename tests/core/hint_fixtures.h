@@ -30,7 +30,7 @@ inline SceneDescription scene_named(const std::string& name) {
 /// A closed room whose lamp is above a floor with a small hole. The part below the floor is lit through the hole,
 /// mostly after bounces above the floor. With `dark`, the floor is black on both sides and the lamp illuminates little
 /// else, so that all light comes straight through the hole.
-inline SceneDescription keyhole(bool dark = false) {
+inline SceneDescription keyhole(bool dark = false, float half_hole = 0.06f) {
   SceneDescription d = grey_room();
   const int floor = dark ? add_diffuse(d, Color(0.0f)) : 0;
   const auto rectangle = [&](float x0, float x1, float y0, float y1) {
@@ -38,10 +38,11 @@ inline SceneDescription keyhole(bool dark = false) {
     add_object(d, plane(1.0f), floor,
                Mat4(Vec4(0.5f * (x1 - x0), 0, 0, 0), Vec4(0, 0.5f * (y1 - y0), 0, 0), Vec4(0, 0, 1, 0), Vec4(at, 1)));
   };
-  rectangle(-1.0f, -0.06f, -1.0f, 1.0f);
-  rectangle(0.06f, 1.0f, -1.0f, 1.0f);
-  rectangle(-0.06f, 0.06f, -1.0f, -0.06f);
-  rectangle(-0.06f, 0.06f, 0.06f, 1.0f);
+  const float h = half_hole;
+  rectangle(-1.0f, -h, -1.0f, 1.0f);
+  rectangle(h, 1.0f, -1.0f, 1.0f);
+  rectangle(-h, h, -1.0f, -h);
+  rectangle(-h, h, h, 1.0f);
   d.lights.push_back(area_lamp(Vec3(-0.6f, 0.0f, 0.9f), Vec3(0.6f, 0, -0.4f), 0.1f, 20.0f));
   if (dark) d.lights[0].spread = 1.0f;
   return d;

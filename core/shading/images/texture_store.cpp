@@ -221,7 +221,8 @@ const Texture* TextureStore::load(int index, const std::string& shown_by, std::v
   }
   const DecodedImage decoded = decode(image);
   if (!decoded.error.empty()) {
-    report(decoded.error + "; magenta is used");
+    const bool names_file = image.path.empty() || decoded.error.find(image.path) != std::string::npos;
+    report(decoded.error + (names_file ? "" : " (" + image.path + ")") + "; magenta is used");
     return texture.get();
   }
   fill(*texture, image, decoded, report);

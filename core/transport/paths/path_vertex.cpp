@@ -186,6 +186,11 @@ MediaStack stack_towards(const Scene& scene, const PathMedia& media, const PathV
   return media.around(start, from.point.time);
 }
 
+/// Whether a vertex is inside the sphere of a lamp. Lamps do not block light, so it sees the sphere from inside.
+static bool is_within(const Light& lamp, const PathVertex& vertex) {
+  return !vertex.distant && length_squared(vertex.position() - lamp.position) <= lamp.radius * lamp.radius;
+}
+
 LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge,
                    const LightWalkGuide* guide) {
   const LightSet& lights = scene.lights();
@@ -203,8 +208,10 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
     std::optional<float> distance = light.distant ? 0.0f : 1.0f / std::sqrt(edge.inverse_square);
     if (flags.soft && !next.distant)
       distance = soft_lamp_distance(lights.light(uint32_t(light.light)), next.position(), -edge.to_eye);
-    // The far side of a sphere emits away from the vertex, so the sphere itself blocks it.
-    if (distance && !(is_sphere(flags.type) && !(glm::dot(light.point.ng, edge.to_eye) > 0.0f)))
+    // The far side of a sphere emits away from the vertex, so the sphere itself blocks it, unless the vertex is inside.
+    const bool turned_away = is_sphere(flags.type) && !(glm::dot(light.point.ng, edge.to_eye) > 0.0f) &&
+                             !is_within(lights.light(uint32_t(light.light)), next);
+    if (distance && !turned_away)
       end.radiance = lights.lamp_radiance(uint32_t(light.light), light.position(), edge.to_eye, light.point.time,
                                           *distance);
     end.can_be_hit = !light.delta && flags.mis;

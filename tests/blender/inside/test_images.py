@@ -210,6 +210,41 @@ def test_a_missing_tile_is_reported_with_the_material_and_the_object(plane, writ
     assert messages == [(f"{image.name} 1012", f"is missing: {path}; magenta is used (material '{plane.material.name}' of object 'Object')")]
 
 
+@pytest.mark.parametrize("kind", ["image", "tile"])
+def test_a_corrupt_file_is_reported_with_the_material_and_the_object_and_the_render_goes_on(plane, write, tmp_path, kind):
+    write("picture.1001.png")
+    path = tmp_path / ("picture.1001.png" if kind == "image" else "picture.1012.png")
+    image = bpy.data.images.load(str(tmp_path / "picture.1001.png"))
+    if kind == "tile":
+        image.source, image.filepath = "TILED", str(tmp_path / "picture.<UDIM>.png")
+        image.tiles.new(tile_number=1012)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n and no picture")
+    plane.show(image)
+    name = image.name if kind == "image" else f"{image.name} 1012"
+    found = [text for who, text in checks.check(bpy.context) if who == name]
+    assert len(found) == 1
+    assert "cannot be read" in found[0] and str(path) in found[0]
+    assert found[0].endswith(f"magenta is used (material '{plane.material.name}' of object 'Object')")
+    pixels = render(bpy.context.scene, "AJAR", tmp_path)
+    assert np.isfinite(pixels).all() and pixels[:, 0].max() > 0.0
+
+
+def test_a_corrupt_ies_file_is_reported_with_the_material_and_the_object_and_the_render_goes_on(plane, tmp_path):
+    path = tmp_path / "lamp.ies"
+    path.write_text("IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 broken")
+    texture = plane.show(None)
+    tree = plane.material.node_tree
+    ies = tree.nodes.new("ShaderNodeTexIES")
+    ies.mode, ies.filepath = "EXTERNAL", str(path)
+    tree.links.new(ies.outputs[0], next(node for node in tree.nodes if node.type == "EMISSION").inputs["Color"])
+    tree.nodes.remove(texture)
+    found = [text for who, text in checks.check(bpy.context) if who == plane.material.name]
+    assert len(found) == 1
+    assert "its IES file cannot be used ('broken' is not a number)" in found[0]
+    assert found[0].endswith(f"the light of material '{plane.material.name}' of object 'Object' is equal in all directions")
+    assert np.isfinite(render(bpy.context.scene, "AJAR", tmp_path)).all()
+
+
 def test_ten_thousand_nodes(plane, tmp_path):
     """A chain of groups in groups: ten nodes in each, four levels deep."""
     tree = None

@@ -120,4 +120,14 @@ TEST(DroppedEnergy, is_zero_in_ordinary_scenes) {
   }
 }
 
+// A vertex in the air can be inside the sphere of a lamp, whose light it sees from inside.
+TEST(DroppedEnergy, is_zero_where_vertices_of_a_medium_are_inside_a_lamp) {
+  for (const TransportScene& scene : kScenes) {
+    if (scene.name != "volume_of_the_world") continue;
+    const auto built = build(scene.description);
+    for (const char* name : {"bdpt", "erpt", "pmc_pt", "metropolis", "mps"})
+      expect_no_dropped_energy(scene, built, name);
+  }
+}
+
 }  // namespace ajar::test_features

@@ -1,0 +1,69 @@
+// Light hints in scenes with fog, hair and a moving object: a good, a useless and a wrong one move no mean.
+#include "agreement.h"
+#include "feature_scenes.h"
+#include "hint_fixtures.h"
+
+namespace ajar::test_hinted_features {
+
+using namespace fixtures;
+
+namespace {
+
+/// A room that is lit through a wide opening in its floor, so that all techniques converge in a short test. The light hints
+/// of keyhole() lead through the opening, stay above it, or are wrong.
+SceneDescription opening(const std::string& feature) {
+  SceneDescription d = keyhole(false, 0.6f);
+  d.lights.back().area_size = Vec2(0.4f);
+  if (feature == "fog") {
+    add_object(d, textured_cube(), add_medium(d, "ShaderNodeVolumeScatter", Color(0.9f, 0.7f, 0.4f), Vec2(0.3f)),
+               moved(Vec3(0.0f), 0.98f));
+    d.settings.bounces.volume = 4;
+  } else if (feature == "hair") {
+    add_object(d, curls(150, StrandShape::Ribbon), add_diffuse(d, Color(0.8f, 0.5f, 0.3f)),
+               moved(Vec3(0.2f, 0.2f, -0.3f), 1.2f));
+  } else {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)));
+    move_instance(d, d.instances.size() - 1, moved(Vec3(-0.5f, 0.3f, -0.4f), 0.4f),
+                  moved(Vec3(0.5f, 0.3f, 0.0f), 0.4f));
+  }
+  return d;
+}
+
+}  // namespace
+
+/// `visible`: relative bias that the test must be able to see. Energies of erpt vary most, so its precision would cost most.
+struct Case {
+  const char *feature, *integrator;
+  int samples, seeds;
+  double visible;
+};
+constexpr Case kCases[] = {
+    {"fog", "bdpt", 48, 16, 0.02},       {"hair", "bdpt", 48, 24, 0.02},       {"moving", "bdpt", 48, 16, 0.02},
+    {"fog", "metropolis", 32, 64, 0.02}, {"hair", "metropolis", 32, 64, 0.02}, {"moving", "metropolis", 192, 16, 0.02},
+    {"fog", "erpt", 384, 16, 0.05},      {"hair", "erpt", 384, 16, 0.05},      {"moving", "erpt", 384, 16, 0.05}};
+constexpr int kTests = 3 * int(std::size(kCases));
+
+class HintsWith : public ::testing::TestWithParam<Case> {};
+INSTANTIATE_TEST_SUITE_P(In, HintsWith, ::testing::ValuesIn(kCases), [](const auto& info) {
+  return std::string(info.param.feature) + "_" + info.param.integrator;
+});
+
+TEST_P(HintsWith, move_no_mean) {
+  const auto& [feature, integrator, samples, seeds, visible] = GetParam();
+  const SceneDescription plain = opening(feature);
+  const RunningMoments& expected = once(plain, [&] { return whole(plain, "bdpt", 96, 24, 100); });
+  const std::pair<const char*, std::vector<HintDescription>> sets[] = {
+      {"good", kGood}, {"useless", kUseless}, {"wrong", kWrong}};
+  uint32_t first_seed = 1000;
+  for (const auto& [name, hints] : sets) {
+    SceneDescription hinted = plain;
+    hinted.hints = hints;
+    const RunningMoments found = whole(hinted, integrator, samples, seeds, first_seed += 1000);
+    const double power = 4.8 * std::sqrt(expected.variance_of_mean() + found.variance_of_mean()) / expected.mean();
+    EXPECT_LT(power, visible) << name << ": inconclusive";
+    EXPECT_TRUE(statistical::means_agree(expected, found, {0.01, kTests}))
+        << name << ": " << found.mean() / expected.mean();
+  }
+}
+
+}  // namespace ajar::test_hinted_features
