@@ -455,7 +455,8 @@ std::array<Color, 3> Bsdf::albedo_of_kinds() const {
       kinds[1] += albedo * reflected;
       kinds[2] += albedo * (1.0f - reflected);
     } else {
-      kinds[transmits(lobe.kind) && lobe.kind != LobeKind::HairChiang ? 2 : 1] += albedo;
+      const bool all_round = lobe.kind == LobeKind::HairChiang || lobe.kind == LobeKind::HairHuang;
+      kinds[transmits(lobe.kind) && !all_round ? 2 : 1] += albedo;
     }
   }
   return kinds;

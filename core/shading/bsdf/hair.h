@@ -9,7 +9,7 @@
 //
 // HairChiang: the near-field model of Chiang et al. 2016, "A Practical and Controllable Hair and Fur Model for
 // Production Path Tracing", with the longitudinal distribution of d'Eon et al. 2011: reflection (R), two ways of
-// transmission (TT, TRT) and the remainder. HairReflection, HairTransmission: the parts of Blender's Hair BSDF, products
+// transmission (TT, TRT) and the remainder. HairHuang: see huang.h. HairReflection, HairTransmission: the parts of Blender's Hair BSDF, products
 // of a distribution of theta and one of phi.
 #pragma once
 
