@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "shading/bsdf/fiber_angles.h"
 #include "shading/bsdf/fresnel.h"
 #include "shading/bsdf/huang.h"
 

@@ -42,6 +42,8 @@ Lobe chiang_lobe(Color weight, Vec3 ng, Vec3 tangent, const Fiber& fiber);
 Lobe part_lobe(bool transmission, Color weight, Vec3 normal, Vec3 tangent, float roughness_u, float roughness_v,
                float offset);
 
+/// Whether the lobe has all ways of light through a fibre, which passes count as glossy.
+inline bool is_whole(LobeKind kind) { return kind == LobeKind::HairChiang || kind == LobeKind::HairHuang; }
 /// See lobe.h.
 LobeValue evaluate(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode mode, bool flipped);
 bool sample(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, bool flipped, LobeSample& sample);

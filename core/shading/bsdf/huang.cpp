@@ -5,7 +5,6 @@
 
 #include "math/random.h"
 #include "shading/bsdf/albedo_table.h"
-#include "shading/bsdf/fiber_angles.h"
 #include "shading/bsdf/fresnel.h"
 #include "shading/bsdf/microfacet.h"
 
@@ -21,6 +20,9 @@ constexpr int kDimensions = 6;
 constexpr float kSteps[kDimensions] = {0.89865371f, 0.80757850f, 0.72573341f, 0.65218303f, 0.58608670f, 0.52668899f};
 /// The least probability of passing a boundary in the shares of the samples.
 constexpr float kLeastPassed = 0.05f;
+/// The share of samples in all directions. For an eye where a walk from a light goes, the facets are others than those
+/// that sampled the direction.
+constexpr float kBroad = 0.15f;
 /// Offsets nearer to the rim are moved there.
 constexpr float kRim = 0.9999f;
 /// Where samples start for an eye that misses the ellipse. The value is 0 there, but walks from lights ask for samples.
@@ -89,10 +91,16 @@ Huang::Huang(const Lobe& lobe, Vec3 eye)
     trace(node, u);
     sum += node.second.share + node.third.share + node.remainder_share;
   }
-  const float scale = sum > 0.0f && std::isfinite(sum) ? 1.0f / sum : 0.0f;
+  if (!(sum > 0.0f && std::isfinite(sum))) {
+    cosine_ = 0.0f;
+    return;
+  }
+  const float scale = (1.0f - kBroad) / sum;
   share_reflected_ *= scale;
-  for (Node& node : nodes_)
+  for (Node& node : nodes_) {
     for (float* share : {&node.second.share, &node.third.share, &node.remainder_share}) *share *= scale;
+    node.remainder_share += kBroad / float(kNodes);
+  }
 }
 
 /// The local axes, and the place that the eye sees. The axes of a round fibre follow that place.
@@ -202,8 +210,8 @@ void Huang::trace(Node& node, const float* u) const {
   third.cosine = glm::dot(third.from, third.normal);
   if (!(third.cosine > 0.0f)) return;
   const Color back = absorbed(gamma_second, gamma_third, third.from);
-  const Color there = arrives * back * (reflected * masking_ratio(second.cosine, cos_reflected) *
-                                        compensation(third.cosine, inverse));
+  const Color there = arrives * back *
+                      (reflected * masking_ratio(second.cosine, cos_reflected) * compensation(third.cosine, inverse));
   third.weight = there * factors.z;
   third.share = luminance(third.weight) * passed(third.cosine);
   // All longer ways: a geometric series with the mean absorption and reflectance of the ways so far.
@@ -231,8 +239,8 @@ float Huang::leave(const Boundary& boundary, Vec3 light, float& passed) const {
   const float cos_in = glm::dot(boundary.from, facet), cos_out = -glm::dot(light, facet);
   const float cos_light = -glm::dot(light, boundary.normal);
   if (!(cos_in > 0.0f && cos_out > 0.0f && cos_light > 0.0f && glm::dot(light, boundary.flat) < 0.0f)) return 0.0f;
-  const float masking = 2.0f / (boundary.cosine + std::sqrt(sqr(boundary.cosine) +
-                                                            sqr(alpha_) * (1.0f - sqr(boundary.cosine))));
+  const float masking = 2.0f / (boundary.cosine +
+                                std::sqrt(sqr(boundary.cosine) + sqr(alpha_) * (1.0f - sqr(boundary.cosine))));
   passed = (1.0f - fresnel::dielectric(std::min(cos_in, 1.0f), inverse)) * masking_ratio(boundary.cosine, cos_light);
   return facets(glm::dot(facet, boundary.normal)) * masking * cos_in * sqr(inverse) * cos_out / length2;
 }
