@@ -373,7 +373,8 @@ void bind_enums(py::module_& module) {
   py::enum_<StrandShape>(module, "StrandShape", "The shape of hair.")
       .value("Ribbon", StrandShape::Ribbon, "Flat, faces each ray, shaded as a tube.")
       .value("Round", StrandShape::Round, "A tube.")
-      .value("Linear", StrandShape::Linear, "A tube of straight pieces between the points, with round joints and ends.");
+      .value("Linear", StrandShape::Linear,
+             "A tube of straight pieces between the points, with round joints and ends.");
   py::enum_<LightKind>(module, "LightKind", "The kind of a lamp.")
       .value("Point", LightKind::Point, "A sphere, or a point.")
       .value("Spot", LightKind::Spot, "A point lamp with a cone.")

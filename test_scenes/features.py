@@ -1261,7 +1261,7 @@ def tuft(stage: Stage, material: bpy.types.Material | None = None, smooth: bool 
     stage.scene.collection.objects.link(thing)
     tree = bpy.data.node_groups.new("Tuft", "GeometryNodeTree")
     after = ("GeometryNodeCurveSplineType",) if smooth else ()
-    ball, points, instances, _realized, *spline, assigned, _out = chain(tree, "GeometryNodeMeshUVSphere", "GeometryNodeMeshToPoints", "GeometryNodeInstanceOnPoints",
+    ball, _points, instances, _realized, *spline, assigned, _out = chain(tree, "GeometryNodeMeshUVSphere", "GeometryNodeMeshToPoints", "GeometryNodeInstanceOnPoints",
                                                                        "GeometryNodeRealizeInstances", *after, "GeometryNodeSetMaterial")
     for node in spline:
         node.spline_type = "CATMULL_ROM"

@@ -227,6 +227,8 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
     for (const Op op : {Op::Incoming, Op::ObjectIncoming, Op::Backfacing, Op::Fresnel, Op::LayerWeight, Op::Reflection,
                         Op::ShadingNormal, Op::TrueNormal, Op::Bump, Op::Bevel, Op::Raycast, Op::RaycastAttribute})
       data.depends_on_view |= i.op == op;
+  for (const Instruction& i : data.code)
+    data.depends_on_view |= i.op == Op::HairInfo && i.variant == int(nodes::HairOutput::Misses);
   data.depends_on_view |= !data.undisplaced_code.empty();
   for (const Closure& closure : data.scattering) {
     data.depends_on_view |= closure.normal != kNoOperand || closure.coat_normal != kNoOperand ||

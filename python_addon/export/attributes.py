@@ -7,6 +7,8 @@ import numpy as np
 
 from ..ajar_module import ajar
 
+CURVE_NORMAL = ".curve_normal"   # the normals of hair curves, for materials that ask for them
+
 _DOMAINS = {"POINT": ajar.Domain.Vertex, "CURVE": ajar.Domain.Face}
 _VALUES = {  # data type of an attribute -> RNA name of its value, components, kind
     "FLOAT": ("value", 1, np.float32), "INT": ("value", 1, np.int32), "INT8": ("value", 1, np.int32), "BOOLEAN": ("value", 1, bool),

@@ -16,6 +16,7 @@ import bpy
 from .. import compat
 from ..ajar_module import ajar
 from . import images, named_values
+from .attributes import CURVE_NORMAL
 from .context import ExportContext, rows_3x4
 
 Value = tuple[float, float, float, float]
@@ -448,7 +449,10 @@ def _aov(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Conte
     return [("aov_name", compat.aov_name(node))]
 
 
-def _hair(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
+def _hair(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    aspect = node.inputs.get("Aspect Ratio")
+    if getattr(node, "model", "") == "HUANG" and aspect is not None and (aspect.is_linked or aspect.default_value != 1.0):
+        context.attribute_names.add(CURVE_NORMAL)   # the direction of an axis of the ellipse
     return [("tilt", compat.hair_tilt())]
 
 

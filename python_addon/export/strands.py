@@ -131,6 +131,10 @@ def of_curves(context: ExportContext, curves: bpy.types.Curves, name: str) -> di
     values = attributes.named(curves, context.attribute_names | {coordinates})
     if context.uses_generated:   # hair curves have none, so that the position in object space is used, as in Cycles
         values.append((ajar.UNDEFORMED_POSITION, ajar.Domain.Vertex, points))
+    if attributes.CURVE_NORMAL in context.attribute_names and hasattr(curves, "normals"):
+        normals = np.empty(3 * len(points), dtype=np.float32)
+        curves.normals.foreach_get("vector", normals)
+        values.append((attributes.CURVE_NORMAL, ajar.Domain.Vertex, normals.reshape(-1, 3)))
     form = shape(context)
     if compat.poly_curves_are_straight() and _are_poly(curves):
         form["shape"] = ajar.StrandShape.Linear

@@ -8,6 +8,7 @@
 
 #include "shading/bsdf/closures.h"
 #include "shading/bsdf/hair.h"
+#include "shading/bsdf/huang.h"
 
 namespace ajar::fixtures {
 
@@ -178,6 +179,22 @@ inline std::vector<Material> all_materials() {
     list.push_back({transmission ? "hair_transmission" : "hair_reflection", [=](Bsdf& b, const Surface& s) {
                       b.add(hair::part_lobe(transmission, tint, s.ng, tangent, 0.3f, 0.4f, -0.1f));
                     }});
+  for (const bool is_oval : {false, true})
+    for (const float alpha : {0.15f, 0.5f})
+      list.push_back({std::string("hair_huang") + (is_oval ? "_oval" : "") + (alpha < 0.3f ? "_smooth" : "_rough"),
+                      [=](Bsdf& b, const Surface& s) {
+                        hair::RoughFiber fiber;
+                        fiber.alpha = alpha;
+                        fiber.tilt = 0.05f;
+                        fiber.seed = 1234567890u;
+                        if (is_oval) {
+                          fiber.absorption = hair::absorption_of_color(tint, 0.4f);
+                          fiber.aspect = 0.7f;
+                          fiber.major = Vec3(0.3f, -0.2f, 0.9f);
+                        }
+                        b.add(hair::huang_lobe(white, s.ng, tangent, fiber));
+                      },
+                      false, false, 40.0f});
   return list;
 }
 

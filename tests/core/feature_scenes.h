@@ -54,6 +54,17 @@ inline std::vector<TransportScene> feature_scenes() {
     add_object(d, curls(300, StrandShape::Ribbon), add_material(d, b), moved(Vec3(0.2f, 0.2f, -0.3f), 1.5f));
     d.lights.push_back(lamp);
   });
+  for (const float aspect : {1.0f, 0.6f})
+    add(aspect == 1.0f ? "hair_of_facets" : "oval_hair", [&](SceneDescription& d) {
+      GraphBuilder b;
+      const int fibre = b.node("ShaderNodeBsdfHairPrincipled",
+                               {value_input("Color", Vec4(0.8f, 0.5f, 0.3f, 1.0f)), value_input("Roughness", 0.4f),
+                                value_input("Aspect Ratio", aspect), value_input("Offset", 0.1f)},
+                               {text_property("model", "HUANG")});
+      b.graph.surface = {fibre, "BSDF"};
+      add_object(d, curls(300, StrandShape::Ribbon), add_material(d, b), moved(Vec3(0.2f, 0.2f, -0.3f), 1.5f));
+      d.lights.push_back(lamp);
+    });
   add("points", [&](SceneDescription& d) {
     add_object(d, random_cloud(150, 0.02f), add_diffuse(d, Color(0.8f, 0.5f, 0.3f)),
                moved(Vec3(0.2f, 0.2f, -0.3f), 0.6f));

@@ -39,6 +39,7 @@ KNOWN = (
     Known("BsdfHair", "[A-Z]*", "*", OLD + NEW, HALF_OF_HAIR),
     Known("BsdfHair", "component", "Reflection", OLD + NEW, HALF_OF_HAIR),
     Known("BsdfHairPrincipled", "IOR", "", OLD + NEW, "below 1, Cycles loses light where it reflects totally; Ajar does not"),
+    Known("BsdfHairPrincipled", "model", "HUANG", NEW, "on meshes, Cycles 5 drops light samples by its test for bumps, and it integrates the width of a fibre coarsely (docs/agreement.md)"),
     Known("BsdfToon", "*", "*", OLD + NEW, "with a smooth edge, Cycles evaluates the falloff at another angle than that of the sampled direction"),
     Known("BsdfTranslucent", "Normal", "", OLD + NEW, "with a tilted normal, Cycles attenuates directions below the surface differently"),
     Known("BsdfPrincipled", "Clearcoat*", "", OLD, "Cycles samples one distribution of the coat and uses the density of another (docs/agreement.md)"),

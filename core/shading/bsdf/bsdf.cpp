@@ -445,17 +445,17 @@ std::array<Color, 3> Bsdf::albedo_of_kinds() const {
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes()[i];
     if (lobe.kind == LobeKind::Transparent) continue;
-    const float cosine = saturate(glm::dot(lobe.frame.n, prepared_wo_));
-    const Color albedo = lobe_albedo(lobe, glm::dot(lobe.frame.n, prepared_wo_));
+    const float cosine = glm::dot(lobe.frame.n, prepared_wo_);
+    const Color albedo = lobe_albedo(lobe, cosine);
     if (is_diffuse(lobe.kind)) {
       kinds[0] += albedo;
     } else if (lobe.kind == LobeKind::MicrofacetGlass) {
       // Split as by a smooth interface. The transmitted part has the tint too.
-      const float reflected = fresnel::dielectric(cosine, lobe.eta);
+      const float reflected = fresnel::dielectric(saturate(cosine), lobe.eta);
       kinds[1] += albedo * reflected;
       kinds[2] += albedo * (1.0f - reflected);
     } else {
-      kinds[transmits(lobe.kind) && lobe.kind != LobeKind::HairChiang ? 2 : 1] += albedo;
+      kinds[transmits(lobe.kind) && !hair::is_whole(lobe.kind) ? 2 : 1] += albedo;
     }
   }
   return kinds;

@@ -56,6 +56,7 @@ enum class LobeKind : uint8_t {
   HairReflection,        ///< of the Hair BSDF
   HairTransmission,
   Transparent,  ///< straight through, no change of direction
+  HairHuang     ///< a fibre with rough facets (huang.h)
 };
 
 constexpr bool is_microfacet(LobeKind kind) {
@@ -64,12 +65,14 @@ constexpr bool is_microfacet(LobeKind kind) {
 }
 /// Whether the lobe is that of a fibre, whose value does not depend on the side of a normal.
 constexpr bool is_fiber(LobeKind kind) {
-  return kind == LobeKind::HairChiang || kind == LobeKind::HairReflection || kind == LobeKind::HairTransmission;
+  return kind == LobeKind::HairChiang || kind == LobeKind::HairReflection || kind == LobeKind::HairTransmission ||
+         kind == LobeKind::HairHuang;
 }
 /// Whether the lobe scatters light to the other side, except straight through.
 constexpr bool transmits(LobeKind kind) {
   return kind == LobeKind::Translucent || kind == LobeKind::MicrofacetRefraction || kind == LobeKind::MicrofacetGlass ||
-         kind == LobeKind::MicrofacetThin || kind == LobeKind::HairChiang || kind == LobeKind::HairTransmission;
+         kind == LobeKind::MicrofacetThin || kind == LobeKind::HairChiang || kind == LobeKind::HairTransmission ||
+         kind == LobeKind::HairHuang;
 }
 
 enum class Microfacet : uint8_t { Ggx, Beckmann, Gtr1, AshikhminShirley };

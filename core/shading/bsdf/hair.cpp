@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "shading/bsdf/fresnel.h"
+#include "shading/bsdf/huang.h"
 
 namespace ajar::hair {
 namespace {
@@ -25,51 +26,6 @@ float power(float x, int n) {
   return result;
 }
 
-/// exp(-x) I0(x) for x >= 0 (Abramowitz and Stegun 1964, 9.8.1 and 9.8.2).
-float scaled_bessel_i0(float x) {
-  if (x < 3.75f) {
-    const float t = sqr(x / 3.75f);
-    const float i0 = 1.0f +
-                     t * (3.5156229f +
-                          t * (3.0899424f + t * (1.2067492f + t * (0.2659732f + t * (0.0360768f + t * 0.0045813f)))));
-    return std::exp(-x) * i0;
-  }
-  const float t = 3.75f / x;
-  const float sum = 0.39894228f +
-                    t * (0.01328592f +
-                         t * (0.00225319f + t * (-0.00157565f +
-                                                 t * (0.00916281f + t * (-0.02057706f +
-                                                                         t * (0.02635537f + t * (-0.01647633f +
-                                                                                                 t * 0.00392377f)))))));
-  return sum / std::sqrt(x);
-}
-
-/// Sine and cosine of an inclination.
-struct Inclination {
-  float sine, cosine;
-  static Inclination of(float sine) {
-    sine = glm::clamp(sine, -1.0f, 1.0f);
-    return {sine, safe_sqrt(1.0f - sqr(sine))};
-  }
-  /// Turned by an angle, kept between the poles.
-  Inclination turned(float angle) const {
-    const float s = std::sin(angle), c = std::cos(angle);
-    return {sine * c + cosine * s, std::abs(cosine * c - sine * s)};
-  }
-};
-
-/// Density of the inclination of the light per sine, for the variance v (d'Eon et al. 2011, eq. 7). Its integral over
-/// the sphere is 2 pi.
-float longitudinal(Inclination light, Inclination eye, float v) {
-  const float a = light.cosine * eye.cosine / v, b = light.sine * eye.sine / v;
-  return scaled_bessel_i0(a) * std::exp(a - b - 1.0f / v) / (v * (1.0f - std::exp(-2.0f / v)));
-}
-float sample_longitudinal(Inclination eye, float v, float u, float u_around) {
-  const float x = std::max(u, 1e-5f);
-  const float cosine = 1.0f + v * std::log(x + (1.0f - x) * std::exp(-2.0f / v));
-  return -cosine * eye.sine + safe_sqrt(1.0f - sqr(cosine)) * std::cos(2.0f * kPi * u_around) * eye.cosine;
-}
-
 float logistic_cdf(float x, float s) { return 1.0f / (1.0f + std::exp(std::min(-x / s, 80.0f))); }
 
 /// Logistic distribution of an angle, cut off at +-pi.
@@ -83,22 +39,6 @@ float sample_azimuthal(float u, float s) {
 }
 
 float wrapped(float angle) { return angle - 2.0f * kPi * std::floor((angle + kPi) / (2.0f * kPi)); }
-
-/// An orthonormal basis around a fibre: the tangent, the eye's direction across it, and the third direction.
-struct Around {
-  Vec3 tangent, towards, aside;
-  Around(Vec3 tangent, Vec3 eye) : tangent(tangent) {
-    towards = eye - tangent * glm::dot(tangent, eye);
-    const float length = glm::length(towards);
-    towards = length > 1e-6f ? towards / length : Frame(tangent).s;
-    aside = glm::cross(tangent, towards);
-  }
-  float azimuth(Vec3 w) const { return std::atan2(glm::dot(w, aside), glm::dot(w, towards)); }
-  Vec3 direction(float sine, float phi) const {
-    const Inclination theta = Inclination::of(sine);
-    return glm::normalize(tangent * theta.sine + (towards * std::cos(phi) + aside * std::sin(phi)) * theta.cosine);
-  }
-};
 
 /// The model of Chiang et al. for one direction of the eye.
 class Chiang {
@@ -281,6 +221,10 @@ LobeValue evaluate(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode mode, bool 
     const Fiber fiber = fiber_of(lobe, flipped);
     const Chiang::Value value = Chiang(fiber, lobe.frame.s, n, eye).evaluate(light);
     result = {lobe.weight * value.value, radiance ? value.pdf : Chiang(fiber, lobe.frame.s, n, wo).evaluate(wi).pdf};
+  } else if (lobe.kind == LobeKind::HairHuang) {
+    const float turn = flipped ? -1.0f : 1.0f;
+    const Huang::Value value = Huang(lobe, turn * eye).evaluate(turn * light);
+    result = {lobe.weight * value.value, radiance ? value.pdf : Huang(lobe, turn * wo).evaluate(turn * wi).pdf};
   } else {
     const float density = Part(lobe, flipped, eye).density(light);
     result = {lobe.weight * density, radiance ? density : Part(lobe, flipped, wo).density(wi)};
@@ -295,22 +239,34 @@ bool sample(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, bool flipped, Lob
     const Fiber fiber = fiber_of(lobe, flipped);
     sample.wi = Chiang(fiber, lobe.frame.s, lobe.frame.n, wo).sample(u_branch, u, reflected);
     sample.flags = kGlossy | (reflected ? kReflection : kTransmission);
+  } else if (lobe.kind == LobeKind::HairHuang) {
+    bool reflected;
+    const float turn = flipped ? -1.0f : 1.0f;
+    if (!Huang(lobe, turn * wo).sample(u_branch, u, sample.wi, reflected)) return false;
+    sample.wi *= turn;
+    sample.flags = kGlossy | (reflected ? kReflection : kTransmission);
   } else {
     sample.wi = Part(lobe, flipped, wo).sample(u);
     sample.flags = kGlossy | (lobe.kind == LobeKind::HairReflection ? kReflection : kTransmission);
   }
   sample.eta = 1.0f;
-  sample.roughness = std::sqrt(std::sqrt(std::max(lobe.alpha_x, 0.0f)));
+  const float alpha = std::max(lobe.alpha_x, 0.0f);
+  sample.roughness = lobe.kind == LobeKind::HairHuang ? std::sqrt(alpha) : std::sqrt(std::sqrt(alpha));
   return is_finite(sample.wi);
 }
 
 Color albedo(const Lobe& lobe, float cos_wo) {
-  if (lobe.kind != LobeKind::HairChiang) return Color(1.0f);
+  if (lobe.kind != LobeKind::HairChiang && lobe.kind != LobeKind::HairHuang) return Color(1.0f);
   const float reflected = fresnel::dielectric(saturate(std::abs(cos_wo)), lobe.eta);
   return glm::min(glm::exp(-glm::sqrt(lobe.f0) * albedo_exponent(lobe.alpha_x)) + reflected, 1.0f);
 }
 
 float reflected_share(const Lobe& lobe, Vec3 wo, Vec3 wi, bool flipped) {
+  if (lobe.kind == LobeKind::HairHuang) {
+    const float turn = flipped ? -1.0f : 1.0f;
+    const Huang::Value value = Huang(lobe, turn * wo).evaluate(turn * wi);
+    return value.pdf > 0.0f ? value.pdf_reflected / value.pdf : 1.0f;
+  }
   if (lobe.kind != LobeKind::HairChiang) return lobe.kind == LobeKind::HairReflection ? 1.0f : 0.0f;
   const Chiang::Value value = Chiang(fiber_of(lobe, flipped), lobe.frame.s, lobe.frame.n, wo).evaluate(wi);
   return value.pdf > 0.0f ? value.pdf_reflected / value.pdf : 1.0f;

@@ -9,7 +9,7 @@
 //
 // HairChiang: the near-field model of Chiang et al. 2016, "A Practical and Controllable Hair and Fur Model for
 // Production Path Tracing", with the longitudinal distribution of d'Eon et al. 2011: reflection (R), two ways of
-// transmission (TT, TRT) and the remainder. HairReflection, HairTransmission: the parts of Blender's Hair BSDF, products
+// transmission (TT, TRT) and the remainder. HairHuang: see huang.h. HairReflection, HairTransmission: the parts of Blender's Hair BSDF, products
 // of a distribution of theta and one of phi.
 #pragma once
 
@@ -42,6 +42,8 @@ Lobe chiang_lobe(Color weight, Vec3 ng, Vec3 tangent, const Fiber& fiber);
 Lobe part_lobe(bool transmission, Color weight, Vec3 normal, Vec3 tangent, float roughness_u, float roughness_v,
                float offset);
 
+/// Whether the lobe has all ways of light through a fibre, which passes count as glossy.
+inline bool is_whole(LobeKind kind) { return kind == LobeKind::HairChiang || kind == LobeKind::HairHuang; }
 /// See lobe.h.
 LobeValue evaluate(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode mode, bool flipped);
 bool sample(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, bool flipped, LobeSample& sample);

@@ -396,6 +396,7 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
       if (reflection) return {};
       break;
     case LobeKind::HairChiang:
+    case LobeKind::HairHuang:
     case LobeKind::HairReflection:
     case LobeKind::HairTransmission:
     case LobeKind::Transparent: return {};
@@ -448,6 +449,7 @@ bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMod
       sample.flags = kTransmission | kDiffuse;
       return true;
     case LobeKind::HairChiang:
+    case LobeKind::HairHuang:
     case LobeKind::HairReflection:
     case LobeKind::HairTransmission: return hair::sample(lobe, wo, u_branch, u, flipped, sample);
     case LobeKind::Transparent:
@@ -467,7 +469,8 @@ Color lobe_scattered(const Lobe& lobe, float cos_wo, bool flipped) {
     case LobeKind::MicrofacetRefraction:
     case LobeKind::MicrofacetThin:
     case LobeKind::MicrofacetGlass: break;
-    case LobeKind::HairChiang: return lobe.weight * hair::albedo(lobe, cos_wo);
+    case LobeKind::HairChiang:
+    case LobeKind::HairHuang: return lobe.weight * hair::albedo(lobe, cos_wo);
     default: return lobe.weight;
   }
   const float eta = eta_from(lobe, flipped);

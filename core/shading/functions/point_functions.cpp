@@ -3,6 +3,7 @@
 #include "geometry/geometry.h"
 #include "geometry/uv_tangents.h"
 #include "math/hash.h"
+#include "shading/bsdf/huang.h"
 #include "shading/functions/math_functions.h"
 
 namespace ajar::nodes {
@@ -34,8 +35,30 @@ float hair_info(const ShadingPoint& point, HairOutput output) {
       const uint32_t key[] = {strand, 0};
       return float(hash_words(key)) / float(0xffffffffu);
     }
+    case HairOutput::Misses: break;
   }
   return 0.0f;
+}
+
+Vec3 hair_major_axis(const ShadingPoint& point, Vec3 curve_normal) {
+  if (!is_strand(point)) return normalize_or_zero(glm::cross(point.dpdu, point.wo));
+  const Vec3 t = normalize_or_zero(point.dpdu);
+  if (length_squared(curve_normal) > 0.0f) return curve_normal;
+  const Vec3 minor = t.x != t.y || t.x != t.z ? Vec3(t.z - t.y, t.x - t.z, t.y - t.x)
+                                              : Vec3(t.z - t.y, t.x + t.z, -t.y - t.x);
+  return glm::cross(t, normalize_or_zero(minor));
+}
+
+float hair_aspect(float ratio) {
+  ratio = std::abs(ratio);
+  return glm::clamp(ratio > 1.0f ? 1.0f / ratio : ratio, 0.001f, 1.0f);
+}
+
+float hair_misses(const ShadingPoint& point, Vec3 curve_normal, float ratio) {
+  if (!is_strand(point)) return 0.0f;
+  const float aspect = hair_aspect(ratio);
+  const Vec3 major = hair_major_axis(point, curve_normal);
+  return aspect < 1.0f && hair::misses_ellipse(point.ng, point.dpdu, major, aspect, point.wo) ? 1.0f : 0.0f;
 }
 
 bool is_point(const ShadingPoint& point) {

@@ -42,7 +42,8 @@ enum class LightPathOutput : uint8_t {
   TransmissionDepth,
   PortalDepth
 };
-enum class HairOutput : uint8_t { IsStrand, Intercept, Length, Thickness, Random };
+/// The last is only used by Principled Hair: hair_misses.
+enum class HairOutput : uint8_t { IsStrand, Intercept, Length, Thickness, Random, Misses };
 enum class PointOutput : uint8_t { Position, Radius, Random };
 enum class Axis : uint8_t { X, Y, Z };
 enum class Space : uint8_t { World, Object, Camera };
@@ -57,6 +58,13 @@ bool is_strand(const ShadingPoint& point);
 /// 0 if the point is not on a strand. Lengths and thicknesses are in the object's space; the thickness for an object
 /// that occurs only once is in world space.
 float hair_info(const ShadingPoint& point, HairOutput output);
+/// The major axis of the cross-section of hair whose curve has this normal. Curves without normals (0) and meshes have
+/// the axes of Cycles.
+Vec3 hair_major_axis(const ShadingPoint& point, Vec3 curve_normal);
+/// The ratio of the minor to the major radius; which one is which does not matter.
+float hair_aspect(float ratio);
+/// 1 where the eye sees past the ellipse inside a round strand, else 0.
+float hair_misses(const ShadingPoint& point, Vec3 curve_normal, float ratio);
 /// True on points of a cloud.
 bool is_point(const ShadingPoint& point);
 /// 0 if the surface is not a point of a cloud. The position and the radius are in world space; the radius of an ellipsoid is

@@ -1,10 +1,13 @@
 #include "shading/nodes/hair_closures.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 
+#include "math/random.h"
 #include "shading/bsdf/hair.h"
+#include "shading/bsdf/huang.h"
 #include "shading/nodes/closure_writer.h"
 
 namespace ajar::nodes {
@@ -14,6 +17,9 @@ using Inputs = closures::PrincipledInputs;
 
 /// The input `Color Parametrization`, in the order of its names below. It is stored in PrincipledInputs::version.
 enum class Coloring : int { Absorption, Melanin, Color };
+
+/// The attribute with the normals of hair curves, which the exporter sends if a material asks for it.
+constexpr const char* kCurveNormal = ".curve_normal";
 
 // The other inputs of hair have places in PrincipledInputs whose limits suit them.
 #define AJAR_HAIR_INPUT(name, place)                  \
@@ -33,6 +39,11 @@ AJAR_HAIR_INPUT(RandomColor, sheen_tint)
 AJAR_HAIR_INPUT(RandomRoughness, sheen_roughness)
 AJAR_HAIR_INPUT(Random, transmission)
 AJAR_HAIR_INPUT(TurnsLight, is_conductor)
+AJAR_HAIR_INPUT(IsHuang, correlated)
+AJAR_HAIR_INPUT(Aspect, film.ior)
+AJAR_HAIR_INPUT(Reflected, sheen)
+AJAR_HAIR_INPUT(Transmitted, clearcoat)
+AJAR_HAIR_INPUT(ReflectedInside, specular)
 #undef AJAR_HAIR_INPUT
 
 /// A factor for a random number of 0 to 1: 1 - amount to 1 + amount.
@@ -48,6 +59,28 @@ Color absorption(const Inputs& inputs, float radial_roughness) {
   const float concentration = -std::log(std::max(1.0f - amount, 1e-4f)), redness = get_Redness(inputs);
   return hair::absorption_of_melanin(concentration * (1.0f - redness), concentration * redness) +
          hair::absorption_of_color(get_Tint(inputs), radial_roughness);
+}
+
+/// The inputs of the model of Huang. Where its cross-section is not round, a strand is transparent beside the ellipse.
+void huang(ClosureWriter& w, ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  w.closure.inputs.correlated = true;
+  w.number(kReflected, "R lobe", 1.0f);
+  w.number(kTransmitted, "TT lobe", 1.0f);
+  w.number(kReflectedInside, "TRT lobe", 1.0f);
+  const Value aspect = w.number(kAspect, "Aspect Ratio", 0.85f);
+  if (aspect.is_constant() && b.constant_value(aspect) == 1.0f) return;
+  const Value normal = b.emit(Op::NamedAttribute, SocketType::Color, {}, 1, b.add_name(kCurveNormal));
+  w.closure.tangent = normal.at;
+  const Value missed = b.emit(Op::HairInfo, SocketType::Float, {{SocketType::Vector, normal.at}, aspect},
+                              int(HairOutput::Misses));
+  ClosureWriter beside(b, node, ClosureKind::Transparent, b.emit(Op::Product, SocketType::Float, {weight, missed}));
+  beside.set(kColor, b.constant(Vec3(1.0f), SocketType::Color), 3);
+  out.push_back(std::move(beside.closure));
+}
+
+uint32_t hash_of(Vec3 p) {
+  return hash_combine(hash_combine(std::bit_cast<uint32_t>(p.x), std::bit_cast<uint32_t>(p.y)),
+                      std::bit_cast<uint32_t>(p.z));
 }
 
 }  // namespace
@@ -76,9 +109,8 @@ void principled_hair(ProgramBuilder& b, int node, Value weight, std::vector<Clos
         3);
   const Value roughness = w.number(kRoughness, "Roughness", 0.3f);
   if (is_huang) {
-    b.report(node, "has the model of Huang, which is not supported yet; rendered with the model of Chiang");
     w.set(kRadialRoughness, roughness, 1);
-    w.set(kCoat, b.constant(0.0f), 1);
+    huang(w, b, node, weight, out);
   } else {
     w.number(kRadialRoughness, "Radial Roughness", 0.3f);
     w.number(kCoat, "Coat", 0.0f);
@@ -112,6 +144,17 @@ void add_principled_hair(Bsdf& bsdf, const ShadingPoint& point, Color weight,
   const float factor = randomized(get_Random(inputs), get_RandomRoughness(inputs));
   const float roughness = glm::clamp(get_Roughness(inputs) * factor, kLeast, 1.0f);
   const float radial = get_RadialRoughness(inputs) * factor;
+  if (get_IsHuang(inputs)) {
+    hair::RoughFiber fiber{.absorption = absorption(inputs, radial), .eta = get_Ior(inputs), .alpha = roughness};
+    fiber.aspect = hair_aspect(get_Aspect(inputs));
+    fiber.tilt = get_Offset(inputs);
+    fiber.factors = {get_Reflected(inputs), get_Transmitted(inputs), get_ReflectedInside(inputs)};
+    if (!(max_component(fiber.factors) > 0.0f)) return;
+    if (fiber.aspect < 1.0f) fiber.major = hair_major_axis(point, inputs.tangent);
+    fiber.seed = hash_of(point.position);
+    bsdf.add(hair::huang_lobe(weight, point.ng, point.dpdu, fiber));
+    return;
+  }
   hair::Fiber fiber;
   fiber.absorption = absorption(inputs, radial);
   fiber.eta = get_Ior(inputs);

@@ -369,7 +369,10 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
         *out = nodes::is_near_edge(point, i->variant ? f(0) * nodes::pixel_width(point, tables.bump) : f(0)) ? 1.0f
                                                                                                              : 0.0f;
         break;
-      case Op::HairInfo: *out = nodes::hair_info(point, nodes::HairOutput(i->variant)); break;
+      case Op::HairInfo:
+        *out = i->variant == int(nodes::HairOutput::Misses) ? nodes::hair_misses(point, v(0), f(1))
+                                                            : nodes::hair_info(point, nodes::HairOutput(i->variant));
+        break;
       case Op::HairTangentNormal: store3(nodes::hair_tangent_normal(point)); break;
       case Op::PointInfo: store3(nodes::point_info(point, nodes::PointOutput(i->variant))); break;
       case Op::VectorTransform: store3(vector_transform(point, i->variant, tables.matrices[i->data], v(0))); break;

@@ -29,6 +29,7 @@ Shape shape_of(const Lobe& lobe) {
   shape.normal = lobe.frame.n;
   switch (lobe.kind) {
     case LobeKind::HairChiang:
+    case LobeKind::HairHuang:
     case LobeKind::MicrofacetGlass: shape.sides = kSameSide | kOtherSide; break;
     default: shape.sides = transmits(lobe.kind) ? kOtherSide : kSameSide; break;
   }

@@ -9,6 +9,7 @@
 #include "render/session.h"
 #include "scene_fixtures.h"
 #include "shading/functions/point_functions.h"
+#include "transport_scenes.h"
 
 namespace ajar::test_strands {
 

@@ -172,14 +172,24 @@ TEST(ShaderProgram, an_unknown_closure_is_replaced_by_diffuse_and_reported_once)
   EXPECT_TRUE(program.scatters());
 }
 
-TEST(ShaderProgram, the_hair_model_of_huang_is_replaced_by_that_of_chiang_and_reported) {
-  for (const char* model : {"CHIANG", "HUANG"}) {
+TEST(ShaderProgram, the_hair_model_of_huang_is_transparent_only_if_it_is_not_round) {
+  for (const float aspect : {1.0f, 0.8f}) {
     GraphBuilder g;
-    const int hair = g.node("ShaderNodeBsdfHairPrincipled", {}, {text_property("model", model)});
+    const int hair = g.node("ShaderNodeBsdfHairPrincipled", {value_input("Aspect Ratio", aspect)},
+                            {text_property("model", "HUANG")});
     g.graph.surface = {hair, "BSDF"};
     Diagnostics diagnostics;
-    EXPECT_TRUE(compile(g.graph, &diagnostics).scatters());
-    EXPECT_EQ(diagnostics.size(), model == std::string("HUANG") ? 1u : 0u);
+    const ShaderProgram program = compile(g.graph, &diagnostics);
+    EXPECT_TRUE(diagnostics.empty());
+    EXPECT_EQ(program.may_be_transparent(), aspect != 1.0f);
+    EXPECT_EQ(program.depends_on_view(), aspect != 1.0f);
+    ShadingPoint point;
+    point.wo = point.ng = point.ns = Vec3(0, 0, 1);
+    point.dpdu = Vec3(1, 0, 0);
+    SurfaceShading shading;
+    program.evaluate_surface(point, shading);
+    ASSERT_EQ(shading.bsdf.lobe_count(), 1);
+    EXPECT_EQ(shading.bsdf.lobe(0).kind, LobeKind::HairHuang);
   }
 }
 
