@@ -27,7 +27,7 @@ def is_damaged(path: Path, has_placeholders: bool) -> bool:
     if path.suffix.lower() == ".exr":
         try:
             ajar.read_channels(str(path))
-        except Exception:   # noqa: BLE001  whatever the library says about a file without its end
+        except (OSError, RuntimeError, ValueError):
             return True
     return False
 
