@@ -282,6 +282,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
     def _stamp(self, owner: str, statistics: dict) -> None:
         """Write the statistics to the metadata of the image, if its format supports metadata. `owner`: the view layer, and the view if there are several."""
+        self._add_fields({"ajar.engine": NAME, "ajar.version": ajar.version})
         self._add_fields({f"ajar.{owner}.{name}": value if isinstance(value, str) else json.dumps(value) for name, value in statistics.items()})
 
     def _add_fields(self, fields: dict[str, str]) -> None:

@@ -1438,8 +1438,7 @@ def _(stage):
     blurred(stage)
 
 
-@feature("motion", "deform_displaced", "a displaced ball that a shape key stretches")
-def _(stage):
+def stretched_waves(stage: Stage) -> None:
     material = tools.diffuse("Bumpy ball", RED)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     wave, displacement = nodes.new("ShaderNodeTexWave"), nodes.new("ShaderNodeDisplacement")
@@ -1453,6 +1452,16 @@ def _(stage):
     stage.material([stage.ball], material)
     shape_key(stage, stage.ball, lambda p: (p.x * 1.5, p.y, p.z * 0.6))
     blurred(stage)
+
+
+def stretched_flat_waves(stage: Stage) -> None:
+    for polygon in stage.ball.data.polygons:
+        polygon.use_smooth = False
+    stretched_waves(stage)
+
+
+add("motion", "deform_displaced", "a displaced ball that a shape key stretches", stretched_waves)
+add("motion", "deform_displaced_flat", "the same with flat faces", stretched_flat_waves)
 
 
 @feature("motion", "motion_start", "a ball that moves while the shutter is open after the frame")
