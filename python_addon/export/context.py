@@ -41,6 +41,7 @@ class ExportContext:
         self.aovs: dict[str, str] = {}                   # the AOVs that passes show, and the socket of each
         self.uses_generated = False                      # whether a material can use Generated coordinates
         self.attribute_names: set[str] = set()           # attributes that materials use
+        self.node_properties: dict[str, list[str]] = {}  # type of a node -> what own_properties found for it
         self.object_properties: set[str] = set()         # properties of objects that materials use
         self.instancer_properties: frozenset[str] = frozenset()   # properties of instancers that materials use
         self.uses_origins = False                                 # whether materials use Particle Info or From Instancer

@@ -195,7 +195,10 @@ class GraphExporter:
                 self.graph.add_input(index, socket.identifier, ZERO, self.constant_node(source))
             else:
                 self.graph.add_input(index, socket.identifier, converted(source.value, source.type, socket.type))
-        for name in own_properties(node):
+        kind = node.bl_idname
+        if kind not in self.context.node_properties:
+            self.context.node_properties[kind] = own_properties(node)
+        for name in self.context.node_properties[kind]:
             self.add_property(index, node, name)
         for socket in node.inputs:
             if socket.type == "STRING":

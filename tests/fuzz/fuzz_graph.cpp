@@ -22,7 +22,8 @@ constexpr const char* kShaders[] = {"ShaderNodeBsdfDiffuse",      "ShaderNodeBsd
                                     "ShaderNodeAddShader",        "ShaderNodeHoldout",
                                     "ShaderNodeNotANode",         "ShaderNodeVolumeScatter",
                                     "ShaderNodeVolumeAbsorption", "ShaderNodeVolumePrincipled",
-                                    "ShaderNodeBsdfHair",         "ShaderNodeBsdfHairPrincipled"};
+                                    "ShaderNodeBsdfHair",         "ShaderNodeBsdfHairPrincipled",
+                                    "ShaderNodeBsdfRayPortal"};
 constexpr const char* kSockets[] = {"Color",
                                     "Color1",
                                     "Color2",
@@ -65,6 +66,11 @@ constexpr const char* kSockets[] = {"Color",
                                     "Emission Strength",
                                     "Blackbody Intensity",
                                     "Temperature",
+                                    "Position",
+                                    "Direction",
+                                    "Length",
+                                    "Attribute_1",
+                                    "Attribute_1_Alpha",
                                     ""};
 constexpr const char* kTexts[] = {"GGX",
                                   "BECKMANN",

@@ -64,6 +64,28 @@ SceneDescription many_lobes() {
   return d;
 }
 
+/// A ball that sends rays to another place, whose colour is an attribute that a ray of its own finds there.
+SceneDescription portal() {
+  SceneDescription d = lit_room();
+  GraphBuilder b;
+  const int geometry = b.node("ShaderNodeNewGeometry");
+  const int ray = b.node("ShaderNodeRaycast",
+                         {value_input("Length", 3.0f), linked_input("Direction", geometry, "Normal")},
+                         {text_property("Value_1", "heat"), text_property("attribute_type_1", "RGBA")});
+  const int far = b.node("ShaderNodeBsdfRayPortal", {linked_input("Color", ray, "Attribute_1"),
+                                                     value_input("Position", Vec4(0.0f, 0.0f, 0.5f, 0.0f)),
+                                                     linked_input("Direction", geometry, "Normal")});
+  const int here = b.node("ShaderNodeBsdfRayPortal", {value_input("Color", Vec4(0.8f))});
+  b.graph.surface = {b.node("ShaderNodeMixShader", {value_input("Fac", 0.5f), linked_input("Shader", far, "BSDF"),
+                                                    linked_input("Shader_001", here, "BSDF")}),
+                     "Shader"};
+  add_object(d, sphere(6), add_material(d, b), moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
+  MeshDescription warm = cube();
+  warm.attributes.push_back({"heat", Domain::Vertex, 4, std::vector<float>(32, 0.5f)});
+  add_object(d, warm, add_diffuse(d, Color(0.5f)), moved(Vec3(-0.4f, 0.3f, -0.4f), 0.2f));
+  return d;
+}
+
 /// Scenes with volumes, subsurface scattering, motion, attributes, images and hints.
 std::vector<TransportScene> further_scenes() {
   std::vector<TransportScene> scenes;
@@ -148,12 +170,13 @@ std::vector<TransportScene> further_scenes() {
   SceneDescription d = lit_room();
   MeshDescription points = random_cloud(20, 0.05f);
   points.attributes.push_back({"heat", Domain::Vertex, 1, std::vector<float>(20, 0.5f)});
-  GraphBuilder b;
-  const int info = b.node("ShaderNodePointInfo");
-  b.graph.surface = {b.node("ShaderNodeBsdfDiffuse", {linked_input("Color", info, "Random")}), "BSDF"};
-  add_object(d, points, add_material(d, b), ball);
+  GraphBuilder of_points;
+  const int info = of_points.node("ShaderNodePointInfo");
+  of_points.graph.surface = {of_points.node("ShaderNodeBsdfDiffuse", {linked_input("Color", info, "Random")}), "BSDF"};
+  add_object(d, points, add_material(d, of_points), ball);
   scenes.push_back({"points", d});
   scenes.push_back({"lobes", many_lobes()});
+  scenes.push_back({"portal", portal()});
   return scenes;
 }
 

@@ -39,7 +39,7 @@ struct Case {
 };
 constexpr Case kCases[] = {
     {"fog", "bdpt", 48, 16, 0.02},       {"hair", "bdpt", 48, 24, 0.02},       {"moving", "bdpt", 48, 16, 0.02},
-    {"fog", "metropolis", 32, 64, 0.02}, {"hair", "metropolis", 32, 64, 0.02}, {"moving", "metropolis", 192, 16, 0.02},
+    {"fog", "metropolis", 32, 64, 0.02}, {"hair", "metropolis", 32, 64, 0.02}, {"moving", "metropolis", 48, 48, 0.02},
     {"fog", "erpt", 384, 16, 0.05},      {"hair", "erpt", 384, 16, 0.05},      {"moving", "erpt", 384, 16, 0.05}};
 constexpr int kTests = 3 * int(std::size(kCases));
 
