@@ -13,7 +13,7 @@ from ..headless import Options
 from . import camera, frames, hints, images, motion, objects, settings, subdivision, world
 from .context import ExportCancelled, ExportContext
 from .culling import Culling
-from .known_objects import KnownObjects, OutOfDate
+from .known_objects import KnownObjects, OutOfDate, visible_in
 from .mesh_cache import MeshCache
 
 __all__ = ["ExportCancelled", "ExportContext", "KnownObjects", "MeshCache", "OutOfDate", "export_contents", "export_scene", "export_view"]
@@ -31,6 +31,8 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
     if meshes is not None and known is not None:
         meshes.forget(depsgraph)
         revisions = known.changed(depsgraph)
+        if revisions is not None and known.collected is not None and visible_in(depsgraph, known.collected) != known.visible:
+            revisions = None
 
     def export(revisions: list[bpy.types.Object] | None) -> ExportContext:
         context = ExportContext(depsgraph, is_cancelled, report_step, meshes)
@@ -39,9 +41,12 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
         _export_frame(context, options, passes, camera_object, frame_set, eye, revisions)
         return context
     try:
-        return export(revisions)
+        context = export(revisions)
     except OutOfDate:
-        return export(None)
+        context = export(None)
+    if known is not None and known.collected is not None:
+        known.visible = visible_in(depsgraph, known.collected)
+    return context
 
 
 def _export_frame(context: ExportContext, options: Options, passes: list[str], camera_object: bpy.types.Object | None,
