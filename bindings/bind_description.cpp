@@ -295,6 +295,7 @@ void set_frames(SceneDescription& description, const Array<int32_t>& instances, 
 /// Adds an attribute of three components to the vertices of a mesh.
 void set_vertex_attribute(SceneDescription& description, int mesh, const std::string& name, const Floats& values) {
   MeshDescription& changed = description.meshes.at(size_t(mesh));
+  if (changed.shared) changed = MeshDescription(*changed.shared);
   if (check_rows(values, 3, "values") != changed.positions.size())
     throw py::value_error("values must have one row of 3 for each of the " + std::to_string(changed.positions.size()) +
                           " vertices");
@@ -851,7 +852,7 @@ void bind_description(py::module_& module) {
           "size, and IndexError for an instance that does not exist.")
       .def(
           "set_vertex_attribute", &set_vertex_attribute, py::arg("mesh"), py::arg("name"), py::arg("values"),
-          "Add an attribute to the vertices of a mesh that is not shared. values: float32[n, 3]. Raises ValueError for "
+          "Add an attribute to the vertices of a mesh. A shared mesh is copied first. values: float32[n, 3]. Raises ValueError for "
           "another number of vertices, and IndexError for a mesh that does not exist.")
       .def(
           "set_shapes", &set_shapes, py::arg("mesh"), py::arg("positions"), py::arg("normals") = py::none(),

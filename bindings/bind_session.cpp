@@ -164,6 +164,14 @@ void bind_session(py::module_& module) {
       "cancels its render and waits for its threads.")
       .def(py::init<>(), "Make a session that does nothing yet.")
       .def(
+          "next_frame",
+          [](Session& session, SceneDescription& description) {
+            return session.next_frame(std::exchange(description, {}));
+          },
+          py::arg("description"), Release(),
+          "Like start, but what the description shares with the scene before is kept: meshes from add_shared_mesh with "
+          "their structures, images, materials, the table of the world. The description is empty afterwards.")
+      .def(
           "start",
           [](Session& session, SceneDescription& description, bool keep) {
             return session.start(keep ? description : std::exchange(description, {}));

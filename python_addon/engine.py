@@ -16,7 +16,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import bake, compat, cryptomatte, denoise, headless, hints, last_render, learning, messages, passes, pausing, photon_overlay, plain, render_progress, viewport
+from . import bake, compat, cryptomatte, denoise, headless, hints, last_render, learning, messages, passes, pausing, persistent, photon_overlay, plain, render_progress, viewport
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
 from .export.camera import CENTRE, Eye
@@ -76,8 +76,9 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             try:
                 self._render_views(depsgraph, options, lambda: interrupt.raised or self.test_break())
             except ExportCancelled:
-                pass
+                persistent.forget()
             except (RenderFailed, OSError, RuntimeError) as error:
+                persistent.forget()
                 self._fail(str(error))
             finally:
                 pausing.end(self.is_preview)
@@ -123,9 +124,12 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         wanted = passes.wanted(depsgraph.view_layer_eval)
         denoises = denoise.is_available() and self._denoises(scene, options)
         needed = denoise.NEEDED if denoises else ()
+        learner = (scene.name, depsgraph.view_layer.name, self._view)
+        is_kept = not self.is_preview and not (options.checkpoint or options.resume or scene.ajar.use_checkpoint)
+        kept = persistent.of(depsgraph, learner) if is_kept else None
         exported = export_scene(depsgraph, options, list(dict.fromkeys([*(item.name for item in wanted), *needed])), self.camera_override or scene.camera,
                                 is_cancelled, lambda step: self._show(depsgraph, interface("Exporting {step}", step=interface(step))),
-                                None if self.is_preview else self.frame_set, eye)
+                                None if self.is_preview else self.frame_set, eye, caches=(kept.meshes, kept.known) if kept is not None else None)
         scene = depsgraph.scene_eval   # read again, since the export of motion blur has evaluated it again
         export_seconds = time.monotonic() - started
         messages.report_warnings(self, exported)
@@ -144,15 +148,17 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         noise_target = settings.target_error   # starting the session empties the description
         hint_points = hints.points_of(exported.description)
         manifests = cryptomatte.manifests(exported.description, depsgraph.view_layer_eval)   # likewise
-        session = ajar.Session()
-        learner = (scene.name, depsgraph.view_layer.name, self._view)
+        session = kept.session if kept is not None else ajar.Session()
         carries = not self.is_preview and learning.is_carried(scene, options)
         if carries:
             session.begin_with(learning.of(learner))
         save_checkpoint = self._checkpoints(depsgraph, options, session, exported.description)
         if not self.is_preview:
             render_progress.begin(scene.name)
-        session.start(exported.description)
+        if kept is not None:
+            session.next_frame(exported.description)
+        else:
+            session.start(exported.description)
         interval = float(scene.ajar.checkpoint_interval) if options.checkpoint is None else CHECKPOINT_SECONDS
         self._follow(depsgraph, session, wanted, is_cancelled, save_checkpoint, interval, noise_target)
         save_checkpoint()
@@ -164,6 +170,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         render_progress.end(scene.name, session, noise_target)
         for diagnostic in session.diagnostics():
             messages.report_diagnostic(self, diagnostic)
+        if is_cancelled():
+            persistent.forget()
         if error:
             raise RenderFailed(error)
         if carries:

@@ -15,6 +15,14 @@ Session::~Session() {
 uint64_t Session::start(SceneDescription description) {
   Job job;
   job.description = std::move(description);
+  job.final = true;
+  return worker_->ask(std::move(job), true);
+}
+
+uint64_t Session::next_frame(SceneDescription description) {
+  Job job;
+  job.description = std::move(description);
+  job.final = job.keep = true;
   return worker_->ask(std::move(job), true);
 }
 

@@ -59,6 +59,9 @@ class Session {
 
   /// Builds the description and renders it. Returns immediately, with the number of this render.
   uint64_t start(SceneDescription description);
+  /// The same for the next frame of an animation: what the description shares with the scene before is kept, as in
+  /// `update`.
+  uint64_t next_frame(SceneDescription description);
   /// The same for a scene that will be edited: meshes stay separate from their transforms, and data that the
   /// description shares with the previous scene (MeshDescription::shared, images) are neither copied nor built again.
   uint64_t update(SceneDescription description);

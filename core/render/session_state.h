@@ -25,6 +25,7 @@ struct Job {
   uint64_t number = 0;
   std::optional<SceneDescription> description;  ///< none: the present scene
   bool keep = false;                            ///< keep what the description shares with the previous scene
+  bool final = false;                           ///< a render from start to finish, not a view that changes
   CameraDescription camera;                     ///< used with `settings` if there is no description
   RenderSettings settings;
 };

@@ -226,7 +226,7 @@ void SessionWorker::run(Job job) {
   const RenderSettings asked = job.description ? job.description->settings : job.settings;
   auto chosen = make_integrator(asked.integrator);
   const CameraDescription camera = job.description ? job.description->camera : job.camera;
-  const bool final_render = job.description && !job.keep;
+  const bool final_render = job.description && job.final;
   if (job.description) {
     check_memory_limit(*job.description);
     build(job);

@@ -17,8 +17,8 @@ from . import linking
 if TYPE_CHECKING:
     from .objects import Collected
 
-# Changes of these types do not affect objects. Views export cameras separately.
-_APART = (bpy.types.Material, bpy.types.Light, bpy.types.World, bpy.types.ShaderNodeTree, bpy.types.Camera)
+# Changes of these types do not affect objects, or the graph reports the objects, too. Cameras are exported separately.
+_APART = (bpy.types.Action, bpy.types.Material, bpy.types.Light, bpy.types.World, bpy.types.ShaderNodeTree, bpy.types.Camera)
 _NOTHING_TO_SEE = {"CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER"}
 
 
@@ -36,6 +36,7 @@ class KnownObjects:
     def __init__(self) -> None:
         self.collected: Collected | None = None
         self.walks = 0                       # number of loops over all instances, for tests
+        self.visible: tuple = ()             # visible_in the graph of the last render
         self.revised = 0                     # number of objects that were exported again without such a loop, for tests
 
     def forget(self) -> None:
@@ -61,6 +62,13 @@ class KnownObjects:
         except ReferenceError:
             return None
         return changed
+
+
+def visible_in(depsgraph: bpy.types.Depsgraph, collected: Collected) -> tuple:
+    """What is visible in a render. Blender does not report animated visibility as a change."""
+    shown = frozenset(thing.original.as_pointer() for thing in depsgraph.objects)
+    hidden = tuple(thing.evaluated_get(depsgraph).hide_render for thing in collected.shared)
+    return shown, hidden, len(depsgraph.object_instances)
 
 
 def _only_shading(collected: Collected, update: bpy.types.DepsgraphUpdate) -> bool:

@@ -6,6 +6,7 @@ import subprocess
 import time
 
 import ajar
+import numpy as np
 import pytest
 from blender_process import command, environment
 from small_scenes import script
@@ -73,3 +74,55 @@ def test_files_say_how_they_were_rendered(blender, tmp_path):
     for name in ("version", "integrator", "samples", "seed", "render_seconds", "estimated_error", "blender_version"):
         assert f"ajar.ViewLayer.{name}".encode() in header, name
     assert b"ajar.engine" in header
+
+
+# A second object that changes its shape and colour, hair on it, and an object that is only seen in the last frames.
+CHANGING = "ball = bpy.data.meshes.new('Ball'); ball.from_pydata([(0, 0, .2), (.5, 0, .2), (0, .5, .2)], [], [(0, 1, 2)])\n" \
+           "thing = bpy.data.objects.new('Ball', ball); scene.collection.objects.link(thing)\n" \
+           "thing.shape_key_add(name='Basis'); key = thing.shape_key_add(name='Grown'); key.data[1].co.x = 1.5\n" \
+           "paint = bpy.data.materials.new('Paint'); paint.diffuse_color = (1, 0, 0, 1); ball.materials.append(paint)\n" \
+           "other = bpy.data.objects.new('Other', mesh); other.scale = .2, .2, .2; other.location = -.5, -.5, .3; scene.collection.objects.link(other)\n" \
+           "scene.ajar.integrator, scene.frame_start, scene.frame_end = 'path', 1, 5\n" \
+           "for frame in (1, 5):\n" \
+           "    key.value = (frame - 1) / 4; key.keyframe_insert('value', frame=frame)\n" \
+           "    paint.diffuse_color = (1, frame / 5, 0, 1); paint.keyframe_insert('diffuse_color', frame=frame)\n" \
+           "    lamp.location.x = 0.1 * frame; lamp.keyframe_insert('location', frame=frame)\n" \
+           "    camera.location.x = 0.02 * frame; camera.keyframe_insert('location', frame=frame)\n" \
+           "    other.hide_render = frame < 5; other.keyframe_insert('hide_render', frame=frame)\n"
+
+
+# Blender reports these without a change of the shape, so that objects need not be collected again: a moving object, and one that appears.
+MOVING = "other = bpy.data.objects.new('Other', mesh); other.scale = .2, .2, .2; other.location = -.5, -.5, .3; scene.collection.objects.link(other)\n" \
+         "paint = bpy.data.materials.new('Paint'); paint.diffuse_color = (1, 0, 0, 1); mesh.materials.append(paint)\n" \
+         "mover = bpy.data.objects.new('Mover', mesh); mover.scale = .1, .1, .1; scene.collection.objects.link(mover)\n" \
+         "scene.ajar.integrator, scene.frame_start, scene.frame_end = 'path', 1, 5\n" \
+         "for frame in (1, 5):\n" \
+         "    camera.location.x = 0.02 * frame; camera.keyframe_insert('location', frame=frame)\n"
+HIDDEN = "for frame in (1, 3, 5):\n    other.hide_render = frame == 3; other.keyframe_insert('hide_render', frame=frame)\n"
+SLID = "for frame in (1, 5):\n    mover.location = (0.2 * frame - .5, .5, .2); mover.keyframe_insert('location', frame=frame)\n"
+PAINTED = "for frame in (1, 5):\n    paint.diffuse_color = (1, frame / 5, 0, 1); paint.keyframe_insert('diffuse_color', frame=frame)\n"
+
+
+@pytest.mark.parametrize("changes", [HIDDEN, SLID, PAINTED, HIDDEN + SLID + PAINTED], ids=["hidden", "slid", "painted", "all"])
+def test_persistent_data_notice_each_change(blender, tmp_path, changes):
+    compare_kept(blender, tmp_path, MOVING + changes)
+
+
+def compare_kept(blender, tmp_path, scene):
+    pictures = {}
+    for kept in (True, False):
+        result = blender("--python", script(tmp_path, scene + f"scene.render.use_persistent_data = {kept}\n"), "-o", tmp_path / f"{kept}_", "-F", "OPEN_EXR_MULTILAYER", "-a",
+                         "--", "--ajar-carry-learning", "off")
+        assert result.returncode == 0, result.stdout
+        pictures[kept] = [ajar.read_channels(str(tmp_path / f"{kept}_{frame:04}.exr")) for frame in range(1, 6)]
+    for ours, theirs in zip(pictures[True], pictures[False]):
+        assert sorted(ours) == sorted(theirs)
+        for name in ours:
+            np.testing.assert_allclose(ours[name], theirs[name], rtol=2e-3, atol=2e-3, err_msg=name)
+    means = [float(frame["ViewLayer.Combined.R"].mean()) for frame in pictures[True]]
+    assert len({round(mean, 6) for mean in means}) == 5
+
+
+@pytest.mark.parametrize("more", ["", "scene.render.use_motion_blur = True\n", "scene.view_layers[0].use_pass_vector = True\n"], ids=["plain", "blurred", "vectors"])
+def test_persistent_data_do_not_change_the_pictures(blender, tmp_path, more):
+    compare_kept(blender, tmp_path, CHANGING + more)
