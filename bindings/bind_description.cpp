@@ -850,10 +850,10 @@ void bind_description(py::module_& module) {
           "Set the transforms of m instances one frame before and one after, for the pass Vector. instances: int32[m], "
           "numbers in the order of add_instances. world_from_object: float32[m, 2, 12]. Raises ValueError for another "
           "size, and IndexError for an instance that does not exist.")
-      .def(
-          "set_vertex_attribute", &set_vertex_attribute, py::arg("mesh"), py::arg("name"), py::arg("values"),
-          "Add an attribute to the vertices of a mesh. A shared mesh is copied first. values: float32[n, 3]. Raises ValueError for "
-          "another number of vertices, and IndexError for a mesh that does not exist.")
+      .def("set_vertex_attribute", &set_vertex_attribute, py::arg("mesh"), py::arg("name"), py::arg("values"),
+           "Add an attribute to the vertices of a mesh. A shared mesh is copied first. values: float32[n, 3]. Raises "
+           "ValueError for "
+           "another number of vertices, and IndexError for a mesh that does not exist.")
       .def(
           "set_shapes", &set_shapes, py::arg("mesh"), py::arg("positions"), py::arg("normals") = py::none(),
           py::arg("radii") = py::none(),

@@ -267,6 +267,7 @@ TEXTS = {
     "Light refracted by glass onto diffuse surfaces": "Licht, das durch Glas gebrochen auf diffuse Oberflächen fällt",
 
     # ---- Film, curves, motion blur --------------------------------------------------------------------------------------
+    "Persistent Data": "Daten behalten",
     "Roughness": "Rauheit",
     "Ambient Occlusion": "Umgebungsverdeckung",
     "The world in the direction of each place from the origin": "Die Welt in der Richtung jedes Ortes vom Ursprung aus",

@@ -116,7 +116,6 @@ ABSENT = {
     **{("CameraStereoData", name): "spherical stereo is reported" for name in ("use_spherical_stereo", "use_pole_merge", "pole_merge_angle_from", "pole_merge_angle_to")},
     **{("Object", f"shadow_terminator_{name}_offset"): REPORTED for name in ("shading", "normal")},
     ("RenderSettings", "preview_pixel_size"): "views of Ajar always begin with large pixels",
-    ("RenderSettings", "use_persistent_data"): "setting of the memory of Cycles between renders",
     ("RenderSettings", "hair_type"): "setting of Eevee",
     ("RenderSettings", "hair_subdiv"): "setting of Eevee",
     **{("RenderSettings", name): MULTIRES for name in ("use_bake_multires", "bake_type", "bake_margin", "use_bake_clear", "use_bake_lores_mesh", "bake_margin_type")},

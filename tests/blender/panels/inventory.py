@@ -27,7 +27,7 @@ DEBUG = "setting for debugging Cycles"
 
 READ = {
     "Scene": "camera world cycles cycles_curves render frame_current frame_subframe frame_float",
-    "RenderSettings": "resolution_x resolution_y resolution_percentage pixel_aspect_x pixel_aspect_y film_transparent threads threads_mode use_motion_blur "
+    "RenderSettings": "resolution_x resolution_y resolution_percentage pixel_aspect_x pixel_aspect_y film_transparent threads threads_mode use_motion_blur use_persistent_data "
                       "motion_blur_shutter motion_blur_shutter_curve motion_blur_position use_border border_* use_crop_to_border engine use_simplify use_multiview views_format",
     "ViewLayer": "material_override world_override samples lightgroups active_lightgroup* use_solid use_sky use_strand use_motion_blur use use_pass_combined use_pass_z "
                  "use_pass_position use_pass_normal use_pass_uv use_pass_mist use_pass_object_index use_pass_material_index use_pass_emit use_pass_environment "
@@ -64,7 +64,7 @@ NO_MEANING = {
         BLENDER: "use_compositing use_sequencer* sequencer_* use_lock_interface use_single_layer use_freestyle line_thickness* simplify_* use_simplify_normals compositor_*",
         EEVEE: "filter_size hair_type hair_subdiv use_high_quality_normals anisotropic_filter",
         "setting of Blender's bake operators": "bake* use_bake*",
-        "views always begin with large pixels, and no data is kept between renders": "preview_pixel_size use_persistent_data use_texture_cache use_auto_generate_texture_cache",
+        "views always begin with large pixels, and textures have no cache": "preview_pixel_size use_texture_cache use_auto_generate_texture_cache",
     },
     "ViewLayer": {
         EEVEE: "eevee use_ao use_pass_cryptomatte_accurate", BLENDER: "layer_collection active_layer_collection use_freestyle freestyle_settings depsgraph use_grease_pencil",
