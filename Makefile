@@ -16,7 +16,7 @@ PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all farm-test extension compat coverage manual pictures newest profile render lint test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
+.PHONY: all release farm-test extension compat coverage manual pictures newest profile render lint test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
 all: build
 
 setup:
@@ -45,6 +45,12 @@ lint:
 extension:
 	@tools/setup.sh extension
 	@/usr/bin/python3 tools/extension/build.py
+
+# out/release: a folder for any web server, from which Blender installs and updates the extension. It is written only if the zips work in all Blenders at hand.
+release: extension install
+	@AJAR_ZIPS=$(CURDIR)/out AJAR_BUILD=$(CURDIR)/$(BUILD) PYTHONPATH=$(CURDIR)/$(BUILD)/python /usr/bin/python3 -m pytest -q -p no:cacheprovider tests/compatibility
+	@/usr/bin/python3 tests/compatibility/compatibility.py
+	@/usr/bin/python3 tools/extension/release.py
 
 compat: extension install
 	@/usr/bin/python3 tests/compatibility/compatibility.py

@@ -10,7 +10,7 @@ packages="g++ cmake ninja-build libembree-dev libosd-dev libopenimageio-dev libo
 extension="python3-venv ca-certificates curl binutils
  libgl1 libice6 libsm6 libx11-6 libxfixes3 libxi6 libxkbcommon0 libxrender1 libxxf86vm1"
 case "${1:-}" in
-  test) packages="$packages libgtest-dev libboost-dev python3-pytest python3-pil xvfb $extension" ;;
+  test) packages="$packages libgtest-dev libboost-dev python3-pytest python3-pil xvfb strace $extension" ;;
   extension) packages="$packages $extension" ;;
   bench) packages="$packages python3-matplotlib valgrind libgtest-dev libboost-dev python3-pytest" ;;
   sanitize) packages="$packages libgtest-dev libboost-dev curl ca-certificates xz-utils" ;;

@@ -8,6 +8,7 @@
 
 #include "description/diagnostics.h"
 #include "description/settings_table.h"
+#include "platform/atomic_file.h"
 
 namespace ajar {
 
@@ -438,9 +439,10 @@ SceneDescription from_bytes(const std::vector<char>& bytes) {
 
 void save_description(const SceneDescription& description, const std::string& path) {
   const std::vector<char> bytes = to_bytes(description);
-  std::ofstream file(path, std::ios::binary);
-  file.write(bytes.data(), std::streamsize(bytes.size()));
-  if (!file.flush()) throw SceneError("Cannot write the scene file '" + path + "'.");
+  AtomicFile file(path);
+  file.write(bytes.data(), bytes.size());
+  if (const std::string why = file.commit(); !why.empty())
+    throw SceneError("Cannot write the scene file '" + path + "': " + why + ".");
 }
 
 SceneDescription load_description(const std::string& path) {

@@ -24,14 +24,12 @@
 
 namespace ajar {
 
-/// Dimensions of the path tracer's sampler: those of the camera, then a fixed number for each vertex with these
-/// offsets.
+/// Dimensions of the path tracer's sampler: those of the camera, then a fixed number for each vertex, at these offsets.
 struct PathDimensions {
   static constexpr uint32_t kTime = 4, kCamera = 6, kVertex = 8;
   static constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kGuide = 7;
   static constexpr uint32_t kEnter = 8192;  ///< plus the vertex: whether light enters the subsurface
-  static constexpr uint32_t kScatter = 12288,
-                            kStretch = 2 + kMediumLightDimensions;  ///< for each segment of a ray through media
+  static constexpr uint32_t kScatter = 12288, kStretch = 2 + kMediumLightDimensions;  ///< for each segment in media
 };
 
 struct NoParts {};
@@ -392,8 +390,7 @@ class PathWalk {
   }
 
   bool has_portal() const { return scene_.has_portals() && scene_.programs()[size_t(material_)].has_portal(); }
-  /// Continues at another place, or straight through a surface that also has a portal. Shadow rays pass neither, so
-  /// light that is found from here on has its full weight.
+  /// Continues at another place, or straight on. Shadow rays pass neither, so light found from here on counts fully.
   [[gnu::noinline]] bool pass_portal(const BsdfSample& sample) {
     previous_ = {.receiver_set = previous_.receiver_set};
     if constexpr (kMedia) medium_.chose = false;

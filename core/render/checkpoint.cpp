@@ -1,6 +1,7 @@
 #include "render/checkpoint.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -19,6 +20,11 @@ namespace {
 
 constexpr char kMagic[8] = {'A', 'J', 'A', 'R', 'C', 'H', 'P', '2'};
 constexpr uint64_t kLongestHeader = 1 << 20;
+#ifdef AJAR_FUZZING
+constexpr bool kChecked = false;  // so that a fuzzer gets beyond the checksums
+#else
+constexpr bool kChecked = true;
+#endif
 
 [[noreturn]] void fail(const std::string& path, const std::string& why) {
   throw SceneError("The checkpoint \"" + path + "\" " + why + ".");
@@ -113,7 +119,8 @@ class Reader {
     raw(text.data(), length);
     Checksum of_header;
     of_header.add(text.data(), text.size());
-    if (!file_ || of_header.value() != checksum) fail(path_, "is damaged: the checksum of its header is wrong");
+    if (!file_ || (kChecked && of_header.value() != checksum))
+      fail(path_, "is damaged: the checksum of its header is wrong");
     try {
       header(nlohmann::json::parse(text));
     } catch (const nlohmann::json::exception&) {
@@ -159,8 +166,9 @@ class Reader {
       c_.ranges.push_back({range.at(0).get<uint32_t>(), range.at(1).get<uint32_t>(), range.at(2).get<uint32_t>()});
     const auto& r = c_.region;
     if (!(r[0] >= 0 && r[1] >= 0 && r[2] > r[0] && r[3] > r[1] && r[2] <= c_.frame[0] && r[3] <= c_.frame[1] &&
-          c_.samples > 0.0))
+          c_.samples > 0.0 && std::isfinite(c_.samples)))
       fail(path_, "is damaged");
+    if (pixels_of(c_) > left_) fail(path_, "is damaged: it is too short");
     for (const std::string name : h.at("passes")) {
       if (channels_of_pass(name) == 0) fail(path_, "holds an unknown pass \"" + name + "\"");
       block(c_.passes[name], uint64_t(channels_of_pass(name)) * pixels_of(c_));
@@ -169,7 +177,7 @@ class Reader {
     if (left_ != sizeof(uint64_t)) fail(path_, "is damaged: it is too long");
     uint64_t stored = 0;
     raw(&stored, sizeof stored);
-    if (!file_ || stored != checksum_.value()) fail(path_, "is damaged: its checksum is wrong");
+    if (!file_ || (kChecked && stored != checksum_.value())) fail(path_, "is damaged: its checksum is wrong");
   }
 
   void sums(const nlohmann::json& h) {

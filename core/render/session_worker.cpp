@@ -12,6 +12,7 @@
 #include "render/importance_map.h"
 #include "render/memory_estimate.h"
 #include "render/technique_choice.h"
+#include "scene/path_tracing_only.h"
 
 namespace ajar {
 
@@ -19,8 +20,7 @@ namespace {
 
 constexpr uint32_t kImportancePilot = 0x6c676874u;  // for a separate seed
 constexpr double kPilotTimeShare = 0.25;            // maximum share of a time limit for the choice of a technique
-
-constexpr double kMaxDropped = 1e-3;  // coverage of mattes without a rank that is not reported
+constexpr double kMaxDropped = 1e-3;                // coverage of mattes without a rank that is not reported
 
 /// Whether the scene has about the same place and size. Its objects may differ.
 bool is_scene_of(const Scene& scene, const Learned& before) {
@@ -34,21 +34,6 @@ bool takes_choice_of(const Scene& scene, const Learned& before, const Learned::C
   const Learned::Choice& there = *before.choice;
   return there.age < Learned::kMaxAge && is_scene_of(scene, before) &&
          glm::length(here.eye - there.eye) < 0.1f * before.radius && glm::dot(here.direction, there.direction) > 0.9f;
-}
-
-/// Whether a visible material has a ray portal. The scene is not built yet.
-bool has_portals(const SceneDescription& d) {
-  const auto is_portal = [](const Node& node) { return node.type == "ShaderNodeBsdfRayPortal"; };
-  std::vector<bool> portals;
-  for (const MaterialDescription& material : d.materials)
-    portals.push_back(std::any_of(material.graph.nodes.begin(), material.graph.nodes.end(), is_portal));
-  if (std::find(portals.begin(), portals.end(), true) == portals.end()) return false;
-  return std::any_of(d.instances.begin(), d.instances.end(), [&](const InstanceDescription& instance) {
-    if (instance.object < 0 || size_t(instance.object) >= d.objects.size()) return false;
-    const std::vector<int>& materials = d.objects[size_t(instance.object)].materials;
-    return std::any_of(materials.begin(), materials.end(),
-                       [&](int i) { return i >= 0 && size_t(i) < portals.size() && portals[size_t(i)]; });
-  });
 }
 
 /// Gives the integrator what the previous frame has learned, and reports what it uses.
@@ -192,31 +177,16 @@ void SessionWorker::work() {
   }
 }
 
-/// Scenes with shadow catchers, ray portals, rolling shutters or transparent glass are rendered by path tracing, whatever
-/// technique is asked for.
+/// What only path tracing renders is rendered by it, whatever technique is asked for.
 void SessionWorker::use_path_tracing_where_others_fail(Job& job) {
   replaced_integrator_.clear();
-  std::string& integrator = job.description ? job.description->settings.integrator : job.settings.integrator;
-  if (integrator == "path") return;
-  bool catchers = false, portals = false;
-  if (job.description) {
-    catchers = has_catchers(*job.description);
-    portals = has_portals(*job.description);
-  } else {
-    const auto state = state_.lock();
-    catchers = state->scene && state->scene->catchers();
-    portals = state->scene && state->scene->has_portals();
-  }
-  const bool rolls = (job.description ? job.description->camera : job.camera).row_exposure < 1.0f;
-  const RenderSettings& asked = job.description ? job.description->settings : job.settings;
-  replaced_because_ = catchers                                            ? "shadow catchers"
-                      : portals                                           ? "ray portals"
-                      : rolls                                             ? "a rolling shutter"
-                      : asked.transparent_film && asked.transparent_glass ? "transparent glass"
-                                                                          : "";
+  RenderSettings& settings = job.description ? job.description->settings : job.settings;
+  if (settings.integrator == "path") return;
+  replaced_because_ = job.description ? path_tracing_only(*job.description)
+                                      : path_tracing_only(state_.lock()->scene.get(), job.camera, settings);
   if (replaced_because_.empty()) return;
-  replaced_integrator_ = find_integrator(integrator).label;
-  integrator = "path";
+  replaced_integrator_ = find_integrator(settings.integrator).label;
+  settings.integrator = "path";
 }
 
 void SessionWorker::run(Job job) {

@@ -72,8 +72,7 @@ BuiltMesh take(MeshDescription&& d) {
     mesh.points = make_points(d);
   } else {
     mesh.deformation = make_deformation(d);
-    std::vector<Vec3>().swap(d.motion_positions);
-    std::vector<Vec3>().swap(d.motion_normals);
+    for (std::vector<Vec3>* used : {&d.motion_positions, &d.motion_normals}) std::vector<Vec3>().swap(*used);
   }
   if (!mesh.has_triangles()) std::vector<Vec3>().swap(d.positions);
   mesh.positions = std::move(d.positions);

@@ -1,5 +1,4 @@
 #include "shading/shader_program.h"
-#include "shading/functions/point_functions.h"
 
 #include <algorithm>
 #include <cstring>
@@ -7,6 +6,7 @@
 
 #include "shading/aov_outputs.h"
 #include "shading/closure_evaluation.h"
+#include "shading/functions/point_functions.h"
 #include "shading/nodes/closure_nodes.h"
 #include "shading/nodes/displacement_nodes.h"
 #include "shading/nodes/node_registry.h"
@@ -15,12 +15,11 @@
 
 namespace ajar {
 
-// Emission and transparency have closure lists and code of their own, because light sampling and shadow rays need
-// nothing else. All pieces of code use the same register numbers.
+// Emission (for light sampling) and transparency (for shadow rays) have their own closures and code on the same registers.
 struct ShaderProgram::Data {
   std::vector<Closure> scattering, emission, transparency, holdout;
-  std::vector<Closure> thin_walls;  // those of `scattering` through which light may pass straight
-  std::vector<Closure> portals;     // those of `scattering` that are ray portals, which shadow rays do not pass
+  // Those of `scattering` through which light may pass straight, and ray portals, which shadow rays do not pass.
+  std::vector<Closure> thin_walls, portals;
   std::vector<VolumeClosure> volumes;
   std::vector<Instruction> code, emission_code, transparency_code, volume_code;
   std::vector<Instruction> displacement_code, undisplaced_code, aov_code;
@@ -31,7 +30,6 @@ struct ShaderProgram::Data {
   Operand displacement = kNoOperand;        // vector by which vertices move, from displacement_code
   Operand undisplaced_normal = kNoOperand;  // normal from undisplaced_code, which runs on the surface before it moved
   Operand displaced_normal = kNoOperand;    // normal of the displaced surface; kNoOperand: the smooth normal is used
-
   bool plain_diffuse = false;  // the only scattering closure is a Lambert closure with the surface's own normal
   bool may_be_transparent = false, depends_on_view = false, subsurface_has_normal = false;
   bool has_surface = false, has_volume = false, medium_varies = false;

@@ -81,3 +81,10 @@ def test_bpy_is_imported_only_by_the_addon_and_scripts_that_run_inside_blender()
         if name.startswith(("build", ".")) or name.startswith(allowed):
             continue
         assert not re.search(r"^\s*(import|from)\s+bpy\b", path.read_text(), re.M), name
+
+
+def test_system_headers_are_included_by_the_platform_alone():
+    system = re.compile(r"unistd\.h|dlfcn\.h|fcntl\.h|windows\.h|io\.h|psapi\.h|(sys|arpa|netinet|linux)/.*|\w*intrin\.h|arm_neon\.h")
+    for path in SOURCES:
+        found = [include for include in includes(path) if system.fullmatch(include)]
+        assert not found or path.name == "platform.cpp", f"{path} includes {found}"

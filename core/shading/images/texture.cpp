@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "math/half.h"
 #include "math/srgb.h"
 
 namespace ajar {
@@ -147,7 +148,7 @@ Vec4 Texture::sample(Vec2 uv, Interpolation interpolation, Extension extension, 
   switch (storage_) {
     case Storage::Byte: value = interpolate<uint8_t>(uv, interpolation, extension); break;
     case Storage::Short: value = interpolate<uint16_t>(uv, interpolation, extension); break;
-    case Storage::Half: value = interpolate<_Float16>(uv, interpolation, extension); break;
+    case Storage::Half: value = interpolate<Half>(uv, interpolation, extension); break;
     case Storage::Float: value = interpolate<float>(uv, interpolation, extension); break;
     case Storage::Tiles: return sample_tile(uv, interpolation, extension, unassociate);
   }

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "description/diagnostics.h"
+#include "math/half.h"
 #include "shading/images/color_spaces.h"
 #include "shading/images/image_file.h"
 #include "shading/images/texture.h"
@@ -54,7 +55,7 @@ auto with_type_of(Texture::Storage storage, Use&& use) {
   switch (storage) {
     case Texture::Storage::Byte: return use(uint8_t(255));
     case Texture::Storage::Short: return use(uint16_t(65535));
-    case Texture::Storage::Half: return use(_Float16(1.0f));
+    case Texture::Storage::Half: return use(Half(1.0f));
     default: return use(1.0f);
   }
 }
@@ -62,7 +63,7 @@ auto with_type_of(Texture::Storage storage, Use&& use) {
 /// A result of a computation as a texel. Cycles rounds half floats towards zero, and since 5.1 to the nearest.
 template <typename T>
 T texel_of(float value, bool to_nearest) {
-  if constexpr (std::is_same_v<T, _Float16>) {
+  if constexpr (std::is_same_v<T, Half>) {
     value = glm::clamp(value, -65504.0f, 65504.0f);
     constexpr uint32_t kKept = ~uint32_t(0) << 13;  // bits of the mantissa that a half float has
     if (!to_nearest && std::abs(value) >= 0x1p-14f)
@@ -87,9 +88,9 @@ void associate(std::vector<uint8_t>& texels, [[maybe_unused]] T one, [[maybe_unu
 template <typename T>
 std::vector<uint8_t> halves_of(const std::vector<uint8_t>& texels, T one) {
   const T* in = reinterpret_cast<const T*>(texels.data());
-  std::vector<uint8_t> results(texels.size() / sizeof(T) * sizeof(_Float16));
-  _Float16* out = reinterpret_cast<_Float16*>(results.data());
-  for (size_t i = 0; i < texels.size() / sizeof(T); ++i) out[i] = _Float16(float(in[i]) / float(one));
+  std::vector<uint8_t> results(texels.size() / sizeof(T) * sizeof(Half));
+  Half* out = reinterpret_cast<Half*>(results.data());
+  for (size_t i = 0; i < texels.size() / sizeof(T); ++i) out[i] = Half(float(in[i]) / float(one));
   return results;
 }
 
@@ -262,7 +263,7 @@ void TextureStore::fill(Texture& texture, const ImageDescription& image, const D
         convert<decltype(one)>(
             texture.texels_, {data_->spaces, image.color_space, texture.has_alpha_, decoded.channels == 1, to_nearest});
   });
-  const int64_t repaired = texture.storage_ == Texture::Storage::Half    ? repair<_Float16>(texture.texels_)
+  const int64_t repaired = texture.storage_ == Texture::Storage::Half    ? repair<Half>(texture.texels_)
                            : texture.storage_ == Texture::Storage::Float ? repair<float>(texture.texels_)
                                                                          : 0;
   if (repaired > 0) report(std::to_string(repaired) + " pixels are not finite and were set to 0");

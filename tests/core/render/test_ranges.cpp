@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include "math/statistics.h"
 #include "platform/platform.h"
 #include "render/session.h"
+#include "statistical.h"
 #include "transport_scenes.h"
 
 namespace ajar::test_ranges {
@@ -119,6 +121,38 @@ TEST(RangesOfSamples, what_learns_gets_a_seed_of_its_own_for_each_range) {
   merger.add(b);
   EXPECT_NE(merger.why_not_exact(), "");
   EXPECT_EQ(merger.finish().samples, 8.0);
+}
+
+/// The mean of the colours of an image.
+double mean_of(const Checkpoint& c) {
+  const std::vector<float>& image = c.passes.at("Combined");
+  double sum = 0.0;
+  for (size_t i = 0; i < image.size(); ++i) sum += i % 4 != 3 ? double(image[i]) : 0.0;
+  return sum / double(image.size());
+}
+
+TEST(RangesOfSamples, what_is_divided_by_seeds_has_the_mean_of_undivided_renders) {
+  for (const char* integrator : {"path", "metropolis", "photon_map"}) {
+    const auto scene = [&](uint32_t seed, int samples) {
+      SceneDescription d = lit_room(integrator, samples);
+      d.settings.guiding = Guiding::On;
+      d.settings.seed = seed;
+      return d;
+    };
+    RunningMoments whole, divided;
+    for (uint32_t seed = 0; seed < 24; ++seed) {
+      Session undivided;
+      whole.add(mean_of(rendered(undivided, scene(100 + seed, 8), std::nullopt)));
+      CheckpointMerger merger;
+      for (const uint32_t first : {0u, 4u}) {
+        Session part;
+        merger.add(rendered(part, scene(500 + seed, 4), first));
+      }
+      divided.add(mean_of(merger.finish()));
+    }
+    EXPECT_TRUE(statistical::means_agree(whole, divided, {0.01, 1})) << integrator;
+    EXPECT_LT(std::sqrt(whole.variance_of_mean() + divided.variance_of_mean()), 0.02 * whole.mean()) << integrator;
+  }
 }
 
 TEST(RangesOfSamples, only_renders_that_fit_are_merged) {
