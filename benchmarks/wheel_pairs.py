@@ -19,6 +19,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 PROJECT = Path(__file__).resolve().parents[1]
 ENGINES = {"Cycles": "CYCLES", "Ajar": "AJAR"}
@@ -52,7 +53,7 @@ def render_in_wheel(job: dict) -> None:
     os._exit(0)
 
 
-def measure(python: str, job: dict, folder: Path) -> tuple[dict, object]:
+def measure(python: str, job: dict, folder: Path) -> tuple[dict, Any]:
     import images
     import renderers
 

@@ -75,6 +75,14 @@ std::vector<float> SessionState::resolve(const std::string& pass) const {
   return samples > 0.0 ? merge_pass(pass, before->second, base->samples, values, samples) : before->second;
 }
 
+std::optional<SampleRange> SessionState::wanted_range(const RenderSettings& s) const {
+  if (base && base->sums.pixels > 0 && base->ranges.size() == 1 &&
+      base->integrators == std::vector<std::string>{integrator_name})
+    return base->ranges[0];
+  if (base || !first_sample) return std::nullopt;
+  return SampleRange{s.seed, *first_sample, *first_sample};
+}
+
 Checkpoint SessionState::checkpoint_of_film() const {
   Checkpoint c;
   c.frame = {settings.width, settings.height};

@@ -88,6 +88,8 @@ struct SessionState {
   void measure_film();
   /// A pass of all samples so far, including those of a checkpoint. Only while nothing writes to the film.
   std::vector<float> resolve(const std::string& pass) const;
+  /// The range of samples that the owner asks for, or the one of the checkpoint.
+  std::optional<SampleRange> wanted_range(const RenderSettings& s) const;
   Checkpoint checkpoint_of_film() const;  ///< of the samples of the film alone
   Checkpoint checkpoint() const;
 };

@@ -309,22 +309,12 @@ std::unique_ptr<ImagePlan> SessionWorker::make_image_plan(const RenderSettings& 
                                      support.by_passes ? Counts::Any : Counts::Round);
 }
 
-/// The range of samples that the owner asks for, or the one of the checkpoint.
-static std::optional<SampleRange> wanted_range(const SessionState& state, const RenderSettings& s) {
-  const auto& base = state.base;
-  if (base && base->sums.pixels > 0 && base->ranges.size() == 1 &&
-      base->integrators == std::vector<std::string>{state.integrator_name})
-    return base->ranges[0];
-  if (base || !state.first_sample) return std::nullopt;
-  return SampleRange{s.seed, *state.first_sample, *state.first_sample};
-}
-
 /// Lets the integrator and the film begin at the wanted range. If they cannot, the render gets a seed of its own.
 PlanSteps SessionWorker::take_range(const std::shared_ptr<const Scene>& scene, const RenderPlan& plan,
                                     Integrator& chosen, std::unique_ptr<Film>& film, uint32_t& seed) {
   const RenderSettings& s = scene->settings();
   const auto state = state_.lock();
-  const std::optional<SampleRange> range = wanted_range(*state, s);
+  const std::optional<SampleRange> range = state->wanted_range(s);
   if (!range) return {};
   std::string why_not;
   uint32_t before = 0;
@@ -422,9 +412,11 @@ void SessionWorker::render_all() {
   uint64_t done = 0;
   ShownErrorSchedule shown_error;
   double rendering;  // time of the iterations and of the choice of a technique, without publishing
-  const auto owned = [this, &rendering] {
+  bool complete;     // the checkpoint has all samples already
+  const auto owned = [this, &rendering, &complete] {
     const auto state = state_.lock();
     rendering = state->pilot_seconds;
+    complete = state->samples_in_film > 0 && state->policy.enough(0.0, 0.0, -1.0);
     state->policy.remaining_time.begin(seconds_since(limit_start_));
     return Render{*state->integrator, *state->film, state->image_plan.get(), state->settings};
   };
@@ -432,7 +424,8 @@ void SessionWorker::render_all() {
   const double limit = render.settings.seconds;
   // A time limit counts all the time since the build.
   const auto elapsed = [&] { return limit > 0.0 ? seconds_since(limit_start_) : rendering; };
-  while (!stop_.load()) {
+  if (complete) publish(0.0, 0, false);
+  while (!complete && !stop_.load()) {
     if (done > 0) wait_while_paused();
     std::optional<Deadline> deadline;
     if (limit > 0.0) deadline.emplace(limit_start_ + seconds_of(limit), state_, stop_);

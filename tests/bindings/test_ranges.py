@@ -48,6 +48,15 @@ def image(path: Path) -> np.ndarray:
     return np.asarray(ajar.read_image(str(path)))
 
 
+def test_a_complete_render_that_is_continued_gets_no_more_samples(scene, tmp_path):
+    assert render(scene, tmp_path / "done", 2, 8).returncode == 0
+    before = image(tmp_path / "done.exr")
+    (tmp_path / "done.exr").unlink()
+    assert render(scene, tmp_path / "done", 2, 8, "--stats", tmp_path / "stats.json").returncode == 0
+    assert json.loads((tmp_path / "stats.json").read_text())["samples_per_pixel"]["max"] == 8
+    assert np.array_equal(image(tmp_path / "done.exr"), before)
+
+
 @pytest.mark.parametrize("integrator", ["path", "bdpt"])
 def test_ranges_merge_to_one_render_bit_for_bit(scene, tmp_path, integrator):
     options = ("--integrator", integrator, "--vertex-merging", "off")
