@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from ajar_farm.checkpoints import read_header
 from ajar_farm.job import Job
-from conftest import BUILD, ROOT, Farm
+from farm_program import BUILD, ROOT, Farm
 from test_farm import image, whole
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from ajar_farm.checkpoints import read_header
 from ajar_farm.commands import frames_of
 from ajar_farm.job import Job
-from conftest import BUILD
+from farm_program import BUILD
 
 
 def image(path: Path) -> np.ndarray:
