@@ -162,8 +162,10 @@ def attributes_at_the_hit(scene: bpy.types.Scene) -> None:
     output(tree, emission.outputs[0])
 
 
-SCENES: tuple[Callable[[bpy.types.Scene], None], ...] = (another_place, another_direction, direction_alone, tinted, mixed, between_lamp_and_floor,
-                                                         depth_on_transparent_film)
+SCENES: tuple[Callable[[bpy.types.Scene], None], ...] = (another_place, another_direction, tinted, mixed, between_lamp_and_floor)
+if bpy.app.version >= (5, 0, 0):
+    # Blender 4.2 has no output Portal Depth, and shows another image where only the direction is linked (docs/agreement.md).
+    SCENES += (direction_alone, depth_on_transparent_film)
 if hasattr(bpy.types, "NodeRaycastSampleAttributeItems"):
     SCENES += (attributes_at_the_hit,)
 
