@@ -90,13 +90,16 @@ class Job:
             (folder / name).mkdir(parents=True, exist_ok=True)
         text = json.dumps(asdict(request), indent=1) + "\n"
         file = folder / "job.json"
+        new = folder / f".job.json.{os.getpid()}.{os.urandom(4).hex()}"
+        new.write_text(text, encoding="utf-8")
         try:
-            # Two submitters at the same moment: one of them creates the file.
-            with file.open("x", encoding="utf-8") as new:
-                new.write(text)
+            # Two submitters at the same moment: one of them gives its file the name, and the other one reads it whole.
+            os.link(new, file)
         except FileExistsError:
             if file.read_text(encoding="utf-8") != text:
                 raise FarmError(f"{folder} has another job already (job.json differs). Use another folder, or `ajar-farm watch` for that job.") from None
+        finally:
+            new.unlink()
         return cls(folder, request)
 
     @classmethod
