@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import scene_tools as tools
 from furniture import bottle, bowl, put, tumbler, wine_glass
 from images import pack, wood
-from shapes import Shape, block, cylinder, lathe, sphere
+from shapes import Shape, block, cylinder, four_walls, lathe, sphere
 
 LEFT, RIGHT, NEAR, FAR, CEILING = -2.4, 2.4, -2.9, 1.55, 2.7
 COUNTER_NEAR, COUNTER_FAR, COUNTER = -0.05, 0.58, 1.06
@@ -49,13 +49,7 @@ def build_room(oak) -> None:
     floor = tools.principled("Floor", (0.16, 0.15, 0.15), roughness=0.14)
     put("Floor", block((LEFT, NEAR, -0.1), (RIGHT, FAR, 0.0)), floor)
     put("Ceiling", block((LEFT, NEAR, CEILING), (RIGHT, FAR, CEILING + 0.1)), tools.diffuse("Ceiling", (0.60, 0.56, 0.50)))
-    walls = (
-        block((LEFT - 0.1, NEAR, 0.0), (LEFT, FAR, CEILING))
-        + block((RIGHT, NEAR, 0.0), (RIGHT + 0.1, FAR, CEILING))
-        + block((LEFT, NEAR - 0.1, 0.0), (RIGHT, NEAR, CEILING))
-        + block((LEFT, FAR, 0.0), (RIGHT, FAR + 0.1, CEILING))
-    )
-    put("Walls", walls, plaster)
+    put("Walls", four_walls((LEFT, NEAR), (RIGHT, FAR), CEILING), plaster)
     glaze = tools.principled("Glazed tiles", (0.05, 0.16, 0.14), roughness=0.09)
     wide, high, joint = 0.20, 0.10, 0.004
     tiles = Shape()

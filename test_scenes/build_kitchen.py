@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import scene_tools as tools
 from furniture import bowl, bottle, put, teapot, vase
-from shapes import Shape, block, cylinder, lathe, sphere, tube
+from shapes import Shape, block, cylinder, four_walls, lathe, sphere, tube
 
 LEFT, RIGHT, NEAR, FAR, CEILING = -2.2, 2.2, -2.8, 1.5, 2.6
 TOP, TOP_NEAR = 0.92, 0.85      # the worktop and its edge
@@ -48,13 +48,7 @@ def build_room() -> None:
     floor = tools.principled("Floor", (0.32, 0.24, 0.18), roughness=0.12)
     put("Floor", block((LEFT, NEAR, -0.1), (RIGHT, FAR, 0.0)), floor)
     put("Ceiling", block((LEFT, NEAR, CEILING), (RIGHT, FAR, CEILING + 0.1)), tools.diffuse("Ceiling", (0.78, 0.77, 0.75)))
-    walls = (
-        block((LEFT - 0.1, NEAR, 0.0), (LEFT, FAR, CEILING))
-        + block((RIGHT, NEAR, 0.0), (RIGHT + 0.1, FAR, CEILING))
-        + block((LEFT, NEAR - 0.1, 0.0), (RIGHT, NEAR, CEILING))
-        + block((LEFT, FAR, 0.0), (RIGHT, FAR + 0.1, CEILING))
-    )
-    put("Walls", walls, plaster)
+    put("Walls", four_walls((LEFT, NEAR), (RIGHT, FAR), CEILING), plaster)
 
 
 def build_counter(brushed, stone, chrome) -> None:

@@ -65,6 +65,17 @@ def block(low: tuple[float, float, float], high: tuple[float, float, float], bev
     return Shape(verts, faces)
 
 
+def four_walls(low: tuple[float, float], high: tuple[float, float], height: float, thick: float = 0.1) -> Shape:
+    """The walls of a room whose inside is the rectangle from `low` to `high`, from the floor at z = 0."""
+    (left, near), (right, far) = low, high
+    return (
+        block((left - thick, near, 0.0), (left, far, height))
+        + block((right, near, 0.0), (right + thick, far, height))
+        + block((left, near - thick, 0.0), (right, near, height))
+        + block((left, far, 0.0), (right, far + thick, height))
+    )
+
+
 def lathe(profile: list[tuple[float, float]], segments: int = 48) -> Shape:
     """A surface of revolution around Z. The profile has (radius, height) pairs from bottom to top on the outer side; radius zero is a pole."""
     verts, faces = lathe_geometry(profile, segments)
