@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """sbatch, squeue and scancel for one machine without Slurm, by the name under which this file is called. The state is in the folder $FAKE_SLURM.
 
-A task is a process of its script. What happens to it can be decided by a test: the file `orders` has lines "INDEX DELAY SIGNAL": task INDEX of any array gets the signal
-after so many seconds of its first run. After SIGKILL of the order "node" (number 99), it is queued again, as Slurm does when a node fails.
+A task is a process of its script. What happens to it can be decided by a test: the file `orders` has lines "INDEX SIGNAL FILE": task INDEX of any array gets the signal
+in its first run, as soon as the file exists. After SIGKILL of the order "node" (number 99), it is queued again, as Slurm does when a node fails.
 """
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ STATE = Path(os.environ["FAKE_SLURM"])
 NODE_FAILS = 99
 
 
-def orders() -> dict[int, tuple[float, int]]:
+def orders() -> dict[int, tuple[int, Path]]:
     try:
-        return {int(line.split()[0]): (float(line.split()[1]), int(line.split()[2])) for line in (STATE / "orders").read_text().splitlines()}
+        lines = (STATE / "orders").read_text().splitlines()
     except FileNotFoundError:
         return {}
+    return {int(index): (int(number), Path(file)) for index, number, file in (line.split(maxsplit=2) for line in lines)}
 
 
 def run_task(folder: Path, script: str, index: int) -> None:
@@ -41,12 +42,12 @@ def run_task(folder: Path, script: str, index: int) -> None:
         (STATE / "runs").open("a").write(f"{folder.name} {index}\n")
         if order is not None and not again and not (STATE / f"obeyed.{index}").exists():
             (STATE / f"obeyed.{index}").touch()
-            try:
-                task.wait(order[0])
-            except subprocess.TimeoutExpired:
-                task.send_signal(signal.SIGKILL if order[1] == NODE_FAILS else order[1])
+            number, file = order
+            while task.poll() is None and not file.exists():
+                time.sleep(0.005)
+            task.send_signal(signal.SIGKILL if number == NODE_FAILS else number)
             task.wait()
-            if order[1] == NODE_FAILS:
+            if number == NODE_FAILS:
                 continue
         task.wait()
         break

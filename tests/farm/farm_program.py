@@ -8,6 +8,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("AJAR_BUILD", ROOT / "build" / "release"))
+NODE_FAILS = 99  # the number of a "signal" after which a task is queued again (fake_slurm.py)
 sys.path.insert(0, str(BUILD / "python"))
 sys.path.insert(0, str(ROOT / "farm"))
 
@@ -37,8 +38,10 @@ class Farm:
     def submit(self, scene: Path, *more: object) -> subprocess.CompletedProcess:
         return self.run(*self.arguments(scene, *more))
 
-    def orders(self, *lines: str) -> None:
-        (self.state / "orders").write_text("".join(line + "\n" for line in lines))
+    def kill_at_first_checkpoint(self, signals: dict[int, int]) -> None:
+        """The task of each part gets the signal when its first checkpoint exists."""
+        checkpoints = self.job / "partial" / "0001"
+        (self.state / "orders").write_text("".join(f"{part + 1} {number} {checkpoints}/{part:05}.checkpoint\n" for part, number in signals.items()))
 
     def runs(self) -> list[str]:
         return (self.state / "runs").read_text().splitlines()

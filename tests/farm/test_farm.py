@@ -13,7 +13,7 @@ import numpy as np
 from ajar_farm.checkpoints import read_header
 from ajar_farm.commands import frames_of
 from ajar_farm.job import Job
-from farm_program import BUILD
+from farm_program import BUILD, NODE_FAILS
 
 
 def image(path: Path) -> np.ndarray:
@@ -29,7 +29,7 @@ def whole(scene: Path, folder: Path, samples: int) -> np.ndarray:
 
 def test_four_tasks_of_which_two_are_killed_make_the_image_of_one_machine_bit_for_bit(farm, scene, tmp_path):
     # One is killed by its node, which Slurm queues again; one is cancelled by somebody, and is submitted again.
-    farm.orders("2 0.6 99", f"3 0.6 {int(signal.SIGTERM)}")
+    farm.kill_at_first_checkpoint({1: NODE_FAILS, 2: int(signal.SIGTERM)})
     result = farm.submit(scene, "--samples", 6000, "--split", 4)
     assert result.returncode == 0, result.stdout + result.stderr
     assert "part 2 has ended early and is submitted again" in result.stdout
@@ -43,7 +43,7 @@ def test_four_tasks_of_which_two_are_killed_make_the_image_of_one_machine_bit_fo
 
 def test_a_task_that_is_lost_for_ever_costs_only_its_samples(farm, scene):
     # It is killed in each of its attempts, but its checkpoint has a part of its samples.
-    farm.orders(f"1 0.8 {int(signal.SIGKILL)}")
+    farm.kill_at_first_checkpoint({0: int(signal.SIGKILL)})
     result = farm.submit(scene, "--samples", 8000, "--split", 2, "--attempts", 1)
     assert result.returncode == 1 and "1 parts lack samples" in result.stdout, result.stdout
     header = read_header(farm.job / "merged" / "0001.checkpoint")
