@@ -26,13 +26,16 @@ def orders() -> dict[int, tuple[int, Path]]:
 
 
 def run_task(folder: Path, script: str, index: int) -> None:
-    """In a process of its own: waits for a slot, runs the task, follows the order."""
+    """In a process of its own: waits for a slot, runs the task unless it is cancelled before, follows the order."""
+    queued = folder / f"{index}.queued"
     slots = int(os.environ.get("FAKE_SLOTS", "2"))
     while True:
         running = list(STATE.glob("*/*.running"))
         if len(running) < slots:
             break
         time.sleep(0.02)
+    if not queued.exists():
+        return
     order = orders().get(index)
     marker, log = folder / f"{index}.running", (folder / f"{index}.log").open("ab")
     marker.touch()
@@ -52,7 +55,7 @@ def run_task(folder: Path, script: str, index: int) -> None:
         task.wait()
         break
     marker.unlink(missing_ok=True)
-    (folder / f"{index}.queued").unlink(missing_ok=True)
+    queued.unlink(missing_ok=True)
 
 
 def sbatch(arguments: list[str]) -> int:

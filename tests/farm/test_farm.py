@@ -67,7 +67,7 @@ def test_samples_are_added_until_the_merged_image_has_the_noise_that_was_asked_f
 
 def test_tasks_are_cancelled_when_the_noise_target_is_met(farm, scene):
     farm.environment["FAKE_SLOTS"] = "1"
-    result = farm.submit(scene, "--samples", 1600, "--split", 8, "--error", 1e3)
+    result = farm.submit(scene, "--samples", 40000, "--split", 8, "--error", 1e3)
     assert result.returncode == 0
     assert (farm.state / "cancelled").exists() and len(farm.runs()) < 8
 
