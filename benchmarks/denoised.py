@@ -36,6 +36,7 @@ from scenes import PROJECT, Scene, find_scenes
 # The technique of a reference: the one that converges fastest. Vertex merging is on where it has caustics in mirrors.
 REFERENCES = {"room": "erpt", "rooms": "erpt", "lantern": "erpt", "bar": "erpt", "keyhole": "erpt", "box": "bdpt"}
 REPLICATES = 10
+TRIALS = 4          # of a render that got less CPU time than it should, because other work of the machine began meanwhile
 ENDLESS = 1 << 20   # samples; the time limit stops the render
 DENOISER = PROJECT / "build" / "extension" / "package" / "ajar" / "lib" / "libajar_OpenImageDenoise.so"
 CYCLES = {"Cycles": False, "Cycles, guided": True}
@@ -67,23 +68,40 @@ def cpu_seconds() -> float:
     return used.user + used.system
 
 
-def render(scene_file: Path, integrator: str, seconds: float, seed: int, threads: int, denoised: bool = True) -> tuple[dict[str, np.ndarray], dict, float]:
-    """Passes (top row first), statistics and CPU seconds of a render in this process."""
+@dataclass
+class Load:
+    """The number of processors that this process gets for its threads. Other work of the machine makes it smaller."""
+
+    threads: int
+    processors: float
+
+    def __init__(self, threads: int) -> None:
+        self.threads = self.processors = threads
+
+
+def render(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoised: bool = True) -> tuple[dict[str, np.ndarray], dict, float]:
+    """Passes (top row first), statistics and CPU seconds of a render in this process. It ends after `cpu` CPU seconds.
+
+    The engine is told the wall time that this takes at the present load, because techniques plan by it.
+    """
     import ajar
 
     description = ajar.load_description(str(scene_file))
     settings = description.settings
-    settings.integrator, settings.samples, settings.seconds, settings.target_error = integrator, ENDLESS, seconds, 0.0
-    settings.seed, settings.threads, settings.denoised = seed, threads, denoised
+    settings.integrator, settings.samples, settings.seconds, settings.target_error = integrator, ENDLESS, cpu / load.processors, 0.0
+    settings.seed, settings.threads, settings.denoised = seed, load.threads, denoised
     passes = ["Combined", "Halves", "Denoising Albedo", "Denoising Normal"] if denoised else ["Combined"]
     settings.passes = passes
     session = ajar.Session()
     session.start(description)
-    started = cpu_seconds()
+    started, clock = cpu_seconds(), time.monotonic()
     while not session.wait(0.01):
         if session.progress().phase == ajar.Progress.Phase.Building:
-            started = cpu_seconds()
+            started, clock = cpu_seconds(), time.monotonic()
+        elif cpu_seconds() - started > cpu:
+            session.cancel()
     used = cpu_seconds() - started
+    load.processors = min(load.threads, max(0.1 * load.threads, used / max(1e-3, time.monotonic() - clock)))
     if error := session.take_error():
         raise renderers.RenderFailed(error)
     return {name: np.asarray(session.snapshot(name))[::-1].copy() for name in passes}, json.loads(session.statistics_json()), used
@@ -99,9 +117,13 @@ def denoise(found: dict[str, np.ndarray], rays: float, threads: int) -> tuple[np
     return image[..., :3].astype(np.float64), cpu_seconds() - started
 
 
-def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, threads: int, denoising: float) -> Picture:
-    found, stats, used = render(scene_file, integrator, max(0.1, (cpu - denoising) / threads), seed, threads)
-    image, extra = denoise(found, stats["rays"], threads)
+def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoising: float) -> Picture:
+    budget = max(0.1, cpu - denoising)
+    for _ in range(TRIALS):
+        found, stats, used = render(scene_file, integrator, budget, seed, load)
+        if used > 0.93 * budget:
+            break
+    image, extra = denoise(found, stats["rays"], load.threads)
     return Picture(found["Combined"][..., :3].astype(np.float64), image, used + extra, stats["samples_per_pixel"]["mean"], stats["integrator"])
 
 
@@ -141,7 +163,8 @@ def reference_of(scene: Scene, scene_file: Path, options: argparse.Namespace) ->
         if str(data["key"]) == key and float(data["seconds"]) >= seconds:
             return Reference(data["mean"].astype(np.float64), data["variance"].astype(np.float64))
     integrator = REFERENCES.get(scene.name, "path")
-    replicates = [render(scene_file, integrator, seconds / REPLICATES, 5000 + i, threads, denoised=False)[0]["Combined"][..., :3]
+    load = Load(threads)
+    replicates = [render(scene_file, integrator, seconds * threads / REPLICATES, 5000 + i, load, denoised=False)[0]["Combined"][..., :3]
                   for i in range(REPLICATES)]
     mean, variance = agreement.mean_and_variance(replicates)
     np.savez_compressed(kept, mean=mean.astype(np.float32), variance=variance.astype(np.float32), key=key, seconds=seconds)
@@ -165,7 +188,8 @@ def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, opt
     else:
         scene_file, _ = ajar_build.dump(scene.path, folder, scene.percentage)
     reference = reference_of(scene, scene_file, options)
-    warm, _, _ = render(scene_file, "path", 0.2, 1, options.threads)
+    load = Load(options.threads)
+    warm, _, _ = render(scene_file, "path", 1.0, 1, load)
     denoising = min(denoise(warm, math.inf, options.threads)[1] for _ in range(2))
     rivals = {name: CyclesRenders(scene, folder / name.replace(", ", "_"), options.wheel, options.threads, guided) for name, guided in CYCLES.items()}
     own = rivals["Cycles"].reference(2.0 * options.reference_seconds) if scene.name not in REFERENCES else reference
@@ -176,7 +200,7 @@ def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, opt
         for seed in range(1, options.repeats + 1):
             pictures = {name: rival.picture(cpu, seed) for name, rival in rivals.items()}
             for name in options.techniques:
-                pictures[name] = ajar_picture(scene_file, name, cpu, seed, options.threads, denoising)
+                pictures[name] = ajar_picture(scene_file, name, cpu, seed, load, denoising)
             for name, picture in pictures.items():
                 run = {"name": name, "factor": factor, "seed": seed, "cpu": picture.cpu, "samples": picture.samples, "technique": picture.technique,
                        **measures(picture.denoised, own if name in rivals else reference)}
@@ -232,8 +256,11 @@ def page(results: dict) -> str:
               f"`benchmarks/denoised.py` writes this page; do not edit it. T is {results['seconds']:g} CPU seconds for rendering and denoising, without export and "
               f"build, on {results['machine']['threads']} threads; {seeds} seeds at most, medians. Cycles is that of the bpy wheel with its own denoiser "
               "(albedo, normal, accurate prefilter, high quality), without clamping; the better of guided and not guided counts. Errors are relMSE, "
-              "mean((I−R)²/(R²+0.01)), from which the variance of the reference is subtracted. Newer versions of Cycles shade some materials differently, so that Cycles has its own "
-              "reference (not denoised) in scenes where it converges: all but the hard ones. *noisy* is the error before denoising. *energy* is the mean of "
+              "mean((I−R)²/(R²+0.01)), from which the variance of the reference is subtracted. "
+              + ("The wheel exports the scenes, so that both engines have the materials of its Blender. " if results["exported_by_wheel"] else
+                 "Blender 3.4 exports the scenes. Newer versions of Cycles shade some materials differently. ")
+              + "Cycles has its own reference (not denoised) in scenes where it converges: all but the hard ones. A render ends by its CPU time, so that other work of the "
+              "machine does not shorten it. *noisy* is the error before denoising. *energy* is the mean of "
               "the picture over that of the reference, *worst part* the largest relative error of the mean of a sixteenth of the picture, *worst block* that of "
               "the relMSE of a block of 16 × 16 pixels. *flicker* is the variance of a pixel over the seeds, relative as the error: that of the frames of an animation "
               "without movement. *SSIM* is the structural similarity of the sRGB luminance.", "", "## Machine", ""]
@@ -274,9 +301,10 @@ def main() -> int:
         print(f"{ajar.denoiser.reason()}. `make extension` makes {DENOISER}.", file=sys.stderr)
         return 2
     work, start = PROJECT / "build" / "denoised", time.monotonic()
-    results = {"machine": machine.describe(options.threads) | {"denoiser": f"Open Image Denoise {ajar.denoiser_version()}"}, "seconds": options.seconds, "scenes": []}
+    results = {"machine": machine.describe(options.threads) | {"denoiser": f"Open Image Denoise {ajar.denoiser_version()}"}, "seconds": options.seconds, "exported_by_wheel": bool(options.extension),
+               "scenes": []}
     kept = json.loads((work / "results.json").read_text()) if (work / "results.json").exists() else {}
-    if kept.get("seconds") == options.seconds:
+    if all(kept.get(key) == results[key] for key in ("seconds", "exported_by_wheel")):
         results["scenes"] = kept["scenes"]
     for scene in find_scenes(options.scenes or ["room", "rooms", "lantern", "bar", "keyhole", "box"]):
         found = measure_scene(scene, renderers.AjarBuild(options.build.resolve()), work, options)
