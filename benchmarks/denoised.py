@@ -36,8 +36,10 @@ from scenes import PROJECT, Scene, find_scenes
 # The technique of a reference: the one that converges fastest. Vertex merging is on where it has caustics in mirrors.
 REFERENCES = {"room": "erpt", "rooms": "erpt", "lantern": "erpt", "bar": "erpt", "keyhole": "erpt", "box": "bdpt"}
 REPLICATES = 10
-TRIALS = 4          # of a render that got less CPU time than it should, because other work of the machine began meanwhile
-ENDLESS = 1 << 20   # samples; the time limit stops the render
+TRIALS = 4          # of a render that got less CPU time than it should
+ENOUGH = 0.93       # of the CPU time
+CHOICE = "Choosing a technique"   # the step after the build
+ENDLESS = 1 << 20   # samples; the time stops the render
 DENOISER = PROJECT / "build" / "extension" / "package" / "ajar" / "lib" / "libajar_OpenImageDenoise.so"
 CYCLES = {"Cycles": False, "Cycles, guided": True}
 
@@ -73,14 +75,14 @@ class Load:
     """The number of processors that this process gets for its threads. Other work of the machine makes it smaller."""
 
     threads: int
-    processors: float
+    processors: float = 0.0
 
-    def __init__(self, threads: int) -> None:
-        self.threads = self.processors = threads
+    def __post_init__(self) -> None:
+        self.processors = self.processors or self.threads
 
 
 def render(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoised: bool = True) -> tuple[dict[str, np.ndarray], dict, float]:
-    """Passes (top row first), statistics and CPU seconds of a render in this process. It ends after `cpu` CPU seconds.
+    """Passes (top row first), statistics and CPU seconds of a render in this process. It ends after `cpu` CPU seconds, the choice of a technique included.
 
     The engine is told the wall time that this takes at the present load, because techniques plan by it.
     """
@@ -96,7 +98,8 @@ def render(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load,
     session.start(description)
     started, clock = cpu_seconds(), time.monotonic()
     while not session.wait(0.01):
-        if session.progress().phase == ajar.Progress.Phase.Building:
+        progress = session.progress()
+        if progress.phase == ajar.Progress.Phase.Building and progress.step != CHOICE:
             started, clock = cpu_seconds(), time.monotonic()
         elif cpu_seconds() - started > cpu:
             session.cancel()
@@ -105,6 +108,17 @@ def render(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load,
     if error := session.take_error():
         raise renderers.RenderFailed(error)
     return {name: np.asarray(session.snapshot(name))[::-1].copy() for name in passes}, json.loads(session.statistics_json()), used
+
+
+def whole_render(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoised: bool = True) -> tuple[dict[str, np.ndarray], dict, float]:
+    """As `render`. Repeats a render whose time limit came before its CPU time was used, because other work of the machine began meanwhile."""
+    for _ in range(TRIALS):
+        found, stats, used = render(scene_file, integrator, cpu, seed, load, denoised)
+        if used > ENOUGH * cpu:
+            break
+    else:
+        print(f"{scene_file}: {integrator} used only {used:.1f} of {cpu:.1f} CPU seconds.", file=sys.stderr)
+    return found, stats, used
 
 
 def denoise(found: dict[str, np.ndarray], rays: float, threads: int) -> tuple[np.ndarray, float]:
@@ -118,11 +132,7 @@ def denoise(found: dict[str, np.ndarray], rays: float, threads: int) -> tuple[np
 
 
 def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoising: float) -> Picture:
-    budget = max(0.1, cpu - denoising)
-    for _ in range(TRIALS):
-        found, stats, used = render(scene_file, integrator, budget, seed, load)
-        if used > 0.93 * budget:
-            break
+    found, stats, used = whole_render(scene_file, integrator, max(0.1, cpu - denoising), seed, load)
     image, extra = denoise(found, stats["rays"], load.threads)
     return Picture(found["Combined"][..., :3].astype(np.float64), image, used + extra, stats["samples_per_pixel"]["mean"], stats["integrator"])
 
@@ -164,7 +174,7 @@ def reference_of(scene: Scene, scene_file: Path, options: argparse.Namespace) ->
             return Reference(data["mean"].astype(np.float64), data["variance"].astype(np.float64))
     integrator = REFERENCES.get(scene.name, "path")
     load = Load(threads)
-    replicates = [render(scene_file, integrator, seconds * threads / REPLICATES, 5000 + i, load, denoised=False)[0]["Combined"][..., :3]
+    replicates = [whole_render(scene_file, integrator, seconds * threads / REPLICATES, 5000 + i, load, denoised=False)[0]["Combined"][..., :3]
                   for i in range(REPLICATES)]
     mean, variance = agreement.mean_and_variance(replicates)
     np.savez_compressed(kept, mean=mean.astype(np.float32), variance=variance.astype(np.float32), key=key, seconds=seconds)
@@ -301,8 +311,8 @@ def main() -> int:
         print(f"{ajar.denoiser.reason()}. `make extension` makes {DENOISER}.", file=sys.stderr)
         return 2
     work, start = PROJECT / "build" / "denoised", time.monotonic()
-    results = {"machine": machine.describe(options.threads) | {"denoiser": f"Open Image Denoise {ajar.denoiser_version()}"}, "seconds": options.seconds, "exported_by_wheel": bool(options.extension),
-               "scenes": []}
+    results = {"machine": machine.describe(options.threads) | {"denoiser": f"Open Image Denoise {ajar.denoiser_version()}"},
+               "seconds": options.seconds, "exported_by_wheel": bool(options.extension), "scenes": []}
     kept = json.loads((work / "results.json").read_text()) if (work / "results.json").exists() else {}
     if all(kept.get(key) == results[key] for key in ("seconds", "exported_by_wheel")):
         results["scenes"] = kept["scenes"]
