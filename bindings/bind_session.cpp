@@ -56,18 +56,24 @@ py::array_t<double> error_over_time(const Session& session) {
 py::object snapshot(const Session& session, const std::string& pass) {
   const size_t channels = channels_of(pass);
   std::vector<float> values;
+  int columns = 0;
   {
     py::gil_scoped_release release;
-    values = session.snapshot(pass);
+    values = session.snapshot(pass, &columns);
   }
   if (values.empty()) return py::none();
-  const size_t width = session.width();
+  const size_t width = size_t(columns);
   const size_t height = width ? values.size() / (width * channels) : 0;
   if (width * height * channels != values.size()) throw std::runtime_error("pass \"" + pass + "\" has the wrong size");
   return take_array(std::move(values), {height, width, channels});
 }
 
-void bind_reports(py::module_& module) {
+/// Moves the pixels.
+py::object pixels_of(ViewPicture& picture) {
+  return take_array(std::exchange(picture.rgba, {}), {size_t(picture.height), size_t(picture.width), 4});
+}
+
+void bind_progress(py::module_& module) {
   py::class_<Progress> progress(module, "Progress", "The progress of a render.");
   py::enum_<Progress::Phase>(progress, "Phase", "The state of a session.")
       .value("Idle", Progress::Phase::Idle, "Nothing was started.")
@@ -105,6 +111,23 @@ void bind_reports(py::module_& module) {
                " samples";
       });
 
+  py::class_<ViewPicture>(module, "ViewPicture", "A picture for a 3D view, see Session.show_pictures.")
+      .def_readonly("render", &ViewPicture::render,
+                    "int, >= 1. The number of its render, as `update` and `change_view` return it.")
+      .def_readonly("iteration", &ViewPicture::iteration, "int, >= 1. The number of the iteration of its render.")
+      .def_readonly("samples", &ViewPicture::samples, "float, samples per pixel.")
+      .def_readonly("divider", &ViewPicture::divider,
+                    "int, >= 1. The pixels of the view for one pixel of the picture, along a side.")
+      .def_readonly("coarse_light", &ViewPicture::coarse_light,
+                    "bool. Whether its light has half its resolution; its surfaces have all of it.")
+      .def_readonly("not_denoised", &ViewPicture::not_denoised,
+                    "str. Why the picture is noisy: the denoiser is missing or has failed. Empty if it is denoised.")
+      .def(
+          "take_pixels", &pixels_of,
+          "Return float32[height, width, 4], rows from the bottom up. To be called once: the picture gives them away.");
+}
+
+void bind_reports(py::module_& module) {
   py::class_<Diagnostic> diagnostic(module, "Diagnostic", "A message about a part of the scene.");
   py::enum_<Diagnostic::Severity>(diagnostic, "Severity", "How serious a message is.")
       .value("Info", Diagnostic::Severity::Info, "For information.")
@@ -130,7 +153,9 @@ void bind_reports(py::module_& module) {
       .def_readonly(
           "segments", &HintReport::segments,
           "list of HintReport.Segment. The state of each segment between the vertices. The last one can have failed.");
+}
 
+void bind_integrator_info(py::module_& module) {
   py::enum_<Bias>(module, "Bias", "The bias of an estimator.")
       .value("Unbiased", Bias::Unbiased, "The expected image is the correct one after any number of samples.")
       .value("Consistent", Bias::Consistent, "The bias vanishes as the number of samples grows.")
@@ -151,7 +176,9 @@ void bind_reports(py::module_& module) {
 }  // namespace
 
 void bind_session(py::module_& module) {
+  bind_progress(module);
   bind_reports(module);
+  bind_integrator_info(module);
   py::class_<Learned, std::shared_ptr<Learned>>(
       module, "Learned",
       "What a frame of an animation has learned, for the next frame. It guides samples and is not part of an image.")
@@ -230,6 +257,14 @@ void bind_session(py::module_& module) {
       .def("pause", &Session::pause, py::arg("paused"), Release(),
            "Pause the render after the present iteration, or continue it. The first iteration is always rendered. A "
            "time limit does not count the pause.")
+      .def("show_pictures", &Session::show_pictures, py::arg("shown"), Release(),
+           "Let the following renders of update and change_view make denoised pictures for a view, or not. The first "
+           "picture of a render is coarse, as fine as about a tenth of a second allows; the last ones have the size of "
+           "the settings. The settings need not ask for guides. Without a denoiser the pictures are noisy, and a "
+           "Diagnostic says so.")
+      .def("take_picture", &Session::take_picture, Release(),
+           "Return the newest ViewPicture of the render that was asked for last, or None if there is no new one. Each "
+           "picture is returned once.")
       .def("is_paused", &Session::is_paused, "Return whether the session is paused.")
       .def("wait", &Session::wait, py::arg("seconds"), Release(),
            "Wait until the render is done, cancelled or failed, and return True, or return False after this number of "

@@ -42,19 +42,19 @@ def expected_seconds(pixels: int, render_seconds: float, threads: int) -> float:
 class Background:
     """Denoises one image in its own thread."""
 
-    def __init__(self, pictures: dict[str, np.ndarray], rays: float, threads: int = 0, is_view: bool = False) -> None:
+    def __init__(self, pictures: dict[str, np.ndarray], rays: float, threads: int = 0) -> None:
         """Start to denoise the pass Combined of `pictures`, [height, width, 4]; its alpha is not changed. With the passes `NEEDED`, the result is
-        consistent. rays: the number that the render took; with `is_view`, only they determine the quality."""
+        consistent. rays: the number that the render took."""
         self._cancellation = ajar.Cancellation()
         self._result: tuple[np.ndarray, np.ndarray | None] | None = None
         self._error = ""
-        self._thread = threading.Thread(target=self._work, args=(pictures, rays, threads, is_view), daemon=True)
+        self._thread = threading.Thread(target=self._work, args=(pictures, rays, threads), daemon=True)
         self._thread.start()
 
-    def _work(self, pictures: dict[str, np.ndarray], rays: float, threads: int, is_view: bool) -> None:
+    def _work(self, pictures: dict[str, np.ndarray], rays: float, threads: int) -> None:
         color = pictures[passes.COMBINED.name]
         albedo, normal, halves = (pictures.get(name) for name in NEEDED)
-        quality = ajar.denoiser.quality_for(rays, color.shape[0] * color.shape[1], 0.0 if is_view else ajar.denoiser.FREE_SECONDS)
+        quality = ajar.denoiser.quality_for(rays, color.shape[0] * color.shape[1])
         try:
             self._result = ajar.denoise(color, halves, albedo, normal, quality, threads, self._cancellation)
         except RuntimeError as error:

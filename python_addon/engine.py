@@ -122,7 +122,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         started = time.monotonic()
         scene = depsgraph.scene_eval
         wanted = passes.wanted(depsgraph.view_layer_eval)
-        denoises = denoise.is_available() and self._denoises(scene, options)
+        asks_to_denoise = self._denoises(scene, options)
+        denoises = asks_to_denoise and denoise.is_available()
         needed = denoise.NEEDED if denoises else ()
         learner = (scene.name, depsgraph.view_layer.name, self._view)
         is_kept = not self.is_preview and not (options.checkpoint or options.resume or scene.ajar.use_checkpoint)
@@ -133,7 +134,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         scene = depsgraph.scene_eval   # read again, since the export of motion blur has evaluated it again
         export_seconds = time.monotonic() - started
         messages.report_warnings(self, exported)
-        if self._denoises(scene, options) and not denoises:
+        if asks_to_denoise and not denoises:
             self.report({"WARNING"}, report("{name}: the picture is not denoised: {reason}", name=scene.name, reason=ajar.denoiser.reason()))
         settings = exported.description.settings
         if denoises and settings.seconds > 0.0:   # the time limit includes denoising

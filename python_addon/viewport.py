@@ -2,7 +2,8 @@
 
 `draw` receives changes of the camera, `update` receives edits. Both request a new image from the session: first a coarse one that takes about
 FIRST_SECONDS, then finer ones, then more samples. In a sequence of changes, the latest one is rendered as soon as an image of an earlier one can be
-shown, so that a moving view is always updated. Changes of the camera build nothing. Edits export and build only what has changed, see
+shown, so that a moving view is always updated. A denoised view gets its pictures, from coarse to fine, from the session itself
+(`Session.show_pictures`). Changes of the camera build nothing. Edits export and build only what has changed, see
 `export/known_objects.py`, `export/mesh_cache.py` and `Session.update`.
 """
 
@@ -27,6 +28,7 @@ POLL_SECONDS = 0.01
 FIRST_SECONDS = 0.03          # maximum time of the first image after a change
 QUICK_SECONDS = 0.2           # a full image that takes no longer is rendered directly after it
 PATIENCE_SECONDS = 0.25       # maximum time that a change waits for the image of the previous change
+CLEAN_PATIENCE_SECONDS = 0.6  # the same in a denoised view
 COARSEST = 16
 LARGEST_HALF = 65504.0        # maximum value of half floats
 DISPLAY_GAMMA = 2.2           # of the colours of the sample density, which are drawn like an image
@@ -49,16 +51,16 @@ class Viewport:
         self._wanted_view: view.View | None = None               # waiting to be rendered
         self._undo_count = _undo_count
         self._number = 0                               # number of the current render
-        self._divider = 1
+        self._divider = 1                              # pixels of the view for one of the image, along a side
         self._asked = 0.0
         self._pauses = False                           # the user has paused the render, and an image is shown
         self._rate = 1e6                               # pixels per second with one sample each
         self._uploaded = (0, 0)                        # render and iteration that the texture shows
         self._denoises = False                         # enabled and possible
-        self._denoiser: denoise.Background | None = None
-        self._noisy: tuple[int, float, dict[str, np.ndarray]] | None = None   # the newest render, samples, passes
-        self._denoised = (0, 0.0)                      # render and samples of the last image that was passed to the denoiser
-        self._clean = 0                                # the render whose denoised image is shown or follows soon
+        self._picture: ajar.ViewPicture | None = None  # denoised, not shown yet
+        self._clean: np.ndarray | None = None          # pixels of the latest denoised picture of the current render
+        self._not_denoised = ""                        # why the last picture is not denoised
+        self._counted = (0, 0)                         # render and iteration whose sample density the texture shows
         self._hints_of = -1                            # number of the update whose attached hints are shown
         self._shows_density = False                    # shows the sample density instead of the image
         self._texture: Any = None                      # of `gpu`, created at the first drawing
@@ -85,11 +87,14 @@ class Viewport:
         if revisions is None:
             description = self._export(depsgraph, is_hidden, None)
         wanted = _for_view(description.settings, depsgraph.scene)
+        denoises = depsgraph.scene.ajar.use_viewport_denoise and denoise.is_available()
+        is_switched = denoises != self._denoises
+        self._denoises = denoises
         fingerprint = description.fingerprint()
         if fingerprint != self._fingerprint:
             self._fingerprint, self._settings = fingerprint, wanted
             self._description = description
-        elif wanted != self._settings:
+        elif is_switched or wanted != self._settings:
             self._settings = wanted
             self._wanted_view = self._wanted_view or self.view
         self._proceed()
@@ -98,8 +103,7 @@ class Viewport:
         """Export the scene. With `revisions`, only these objects are exported again."""
         exported = ExportContext(depsgraph, lambda: False, lambda step: None, self.meshes, is_hidden)
         exported.known, exported.revisions = self.known, revisions
-        self._denoises = depsgraph.scene.ajar.use_viewport_denoise and denoise.is_available()
-        settings.export(exported, Options(), ["Combined", *(denoise.NEEDED if self._denoises else ())])
+        settings.export(exported, Options(), ["Combined"])
         if revisions is None:
             self.meshes.begin()
         export_contents(exported)
@@ -124,13 +128,18 @@ class Viewport:
     def is_busy(self) -> bool:
         waits = self._wanted_view is not None or self._description is not None
         coarse = self._divider > 1 and self.session.progress().phase != ajar.Progress.Phase.Failed
-        return waits or coarse or self._denoiser is not None or not (self.session.wait(0.0) or self._is_paused())
+        return waits or coarse or self._picture is not None or not (self.session.wait(0.0) or self._is_paused())
 
     def poll(self) -> bool:
         """Continue. Returns True if there is a new image to draw."""
         self._proceed()
+        self._take_picture()
+        if self._picture is not None:
+            return True
+        if self._denoises and not self._shows_density:
+            return False
         progress = self.session.progress()
-        return self._is_denoised() or ((progress.render, progress.iteration) > self._uploaded and progress.iteration > 0)
+        return (progress.render, progress.iteration) > (self._counted if self._shows_density else self._uploaded) and progress.iteration > 0
 
     def _proceed(self) -> None:
         """Start the waiting change if it is time for it, or the next finer image."""
@@ -138,51 +147,37 @@ class Viewport:
             return
         progress = self.session.progress()
         shown = progress.render == self._number and progress.iteration > 0
-        if shown and progress.render_seconds > 0.0 and self.view is not None:
+        if self._denoises:
+            shown = self._uploaded[0] == self._number
+        elif shown and progress.render_seconds > 0.0 and self.view is not None:
             self._rate = max(1.0, self.view.pixels() / self._divider**2 * progress.samples / progress.render_seconds)
         if self._description is not None or self._wanted_view is not None:
             target = self._wanted_view or self.view
-            impatient = time.monotonic() - self._asked > PATIENCE_SECONDS
-            if target is not None and not self._waits_for_denoiser() and (shown or impatient or self.session.wait(0.0)):
+            impatient = time.monotonic() - self._asked > (CLEAN_PATIENCE_SECONDS if self._denoises else PATIENCE_SECONDS)
+            if target is not None and (shown or impatient or self.session.wait(0.0)):
                 self.view, self._wanted_view = target, None
-                self._render(self._first_divider())
-        elif shown and self._divider > 1 and self._uploaded[0] == self._number and self._denoiser is None:
+                self._render(1 if self._denoises else self._first_divider())
+        elif shown and self._divider > 1 and not self._denoises and self._uploaded[0] == self._number:
             # The full image directly if it is fast, otherwise in steps.
             quick = self.view.pixels() / self._rate < QUICK_SECONDS
             self._render(1 if quick else self._divider // 2)
-        # A paused view first shows the full image of an edit. The denoiser uses all cores, and a coarse image is denoised once.
+        # A paused view first shows the full image of an edit.
         self._pauses = pausing.is_wanted_in_views() and self._divider == 1
-        self.session.pause(self._pauses or self._awaits_denoiser() or self._denoiser is not None)
-
-    def _awaits_denoiser(self) -> bool:
-        """Whether the first image of the render will be denoised: the render waits after it. It goes on if the guides are not there yet."""
-        is_uploaded = self._uploaded[0] == self._number
-        has_guides = self._noisy is not None and self._noisy[0] == self._number
-        is_due = self._divider > 1 or self._denoised[0] != self._number
-        return self._denoises and not self._shows_density and (not is_uploaded or (has_guides and is_due))
+        self.session.pause(self._pauses)
 
     def _is_paused(self) -> bool:
         """Whether the user has paused the render, and it has stopped."""
         return self._pauses and self.session.is_paused()
 
-    def _waits_for_denoiser(self) -> bool:
-        """Whether the image of a move of the view is being denoised: otherwise a quick series of moves would show nothing."""
-        return self._denoiser is not None and self._divider > 1 and not self._is_denoised()
-
-    def _is_denoised(self) -> bool:
-        return self._denoiser is not None and self._denoiser.wait(0.0)
-
     def _first_divider(self) -> int:
         divider = 1
-        seconds = 0.25 * FIRST_SECONDS if self._denoises else FIRST_SECONDS   # the rest is for the denoiser
-        while divider < COARSEST and self.view.pixels() / divider**2 / self._rate > seconds:
+        while divider < COARSEST and self.view.pixels() / divider**2 / self._rate > FIRST_SECONDS:
             divider *= 2
         return divider
 
     def _render(self, divider: int) -> None:
-        if self._denoiser is not None:
-            self._denoiser.cancel()
-            self._denoiser = None
+        self._picture = self._clean = None
+        self.session.show_pictures(self._denoises)
         wanted = copy.copy(self._settings)
         (wanted.width, wanted.height), wanted.region = self.view.resolution(divider)
         camera = self.view.camera()
@@ -195,7 +190,14 @@ class Viewport:
         else:
             self._number = self.session.change_view(camera, wanted)
             self.moves += 1
-        self._divider, self._asked = divider, time.monotonic()
+        # The first picture of a denoised view is coarse.
+        self._divider, self._asked = COARSEST if self._denoises else divider, time.monotonic()
+
+    def _take_picture(self) -> None:
+        """Take the newest denoised picture of the current render."""
+        found = self.session.take_picture()
+        if found is not None and found.render == self._number:
+            self._picture = found
 
     # ---- Drawing --------------------------------------------------------------------------------------------------------------
 
@@ -223,73 +225,70 @@ class Viewport:
         """Show the image or the sample density of the current render."""
         if shows_density != self._shows_density:
             self._shows_density = shows_density
-            self._uploaded, self._clean, self._denoised = (0, 0), 0, (0, 0.0)
+            self._counted = (0, 0)
+            if not self._denoises:
+                self._uploaded = (0, 0)
+            elif self._clean is not None and not shows_density:
+                self._show(self._clean, self._divider)
 
     def _upload(self, scene: bpy.types.Scene) -> None:
         """Upload the newest image to the texture. It must be called during drawing, since `gpu` needs a window."""
-        if self._is_denoised():
-            self._take_denoised()
+        self._take_picture()
+        if self._picture is not None:
+            self._upload_picture(scene)
         progress = self.session.progress()
         state = (progress.render, progress.iteration)
-        if progress.render != self._number or progress.iteration == 0 or state == self._uploaded:
+        if progress.render != self._number or progress.iteration == 0:
             return
-        if self._shows_density:
-            counts = self.session.snapshot("Sample Count")
-            if counts is not None:   # otherwise it is available after the next iteration
-                self._uploaded = state
-                self._show(graph.density(counts[..., 0])**DISPLAY_GAMMA)
+        if self._shows_density and state != self._counted:
+            self._upload_density(state)
+        elif not self._shows_density and not self._denoises and state != self._uploaded:
+            pixels = self.session.snapshot("Combined")
+            if pixels is None:
+                return
+            self._uploaded = state
+            self._show(pixels, self._divider)
+            self._remember(scene)
+
+    def _upload_picture(self, scene: bpy.types.Scene) -> None:
+        """Upload the denoised picture that waits."""
+        picture, self._picture = self._picture, None
+        if picture.not_denoised not in ("", self._not_denoised):
+            print(f"Ajar: {picture.not_denoised}", flush=True)
+        self._not_denoised = picture.not_denoised
+        self._uploaded, self._divider, self._clean = (picture.render, picture.iteration), picture.divider, picture.take_pixels()
+        if not self._shows_density:
+            self._show(self._clean, self._divider)
+        self._remember(scene)
+
+    def _upload_density(self, state: tuple[int, int]) -> None:
+        """Upload the sample density. That of a denoised view is the one of the full image."""
+        counts = self.session.snapshot("Sample Count")
+        divider = 1 if self._denoises else self._divider
+        _, (x0, y0, x1, y1) = self.view.resolution(divider)
+        if counts is None or counts.shape[:2] != (y1 - y0, x1 - x0):   # it is available after a later iteration
             return
-        pixels = self.session.snapshot("Combined")
-        if pixels is None:
-            return
-        self._uploaded = state
-        if self._denoises:
-            pictures = {"Combined": pixels} | {name: self.session.snapshot(name) for name in denoise.NEEDED}
-            if all(picture is not None and picture.shape[:2] == pixels.shape[:2] for picture in pictures.values()):
-                self._noisy = (self._number, progress.samples, pictures)
-                self._denoise()
-        if self._clean != self._number:   # otherwise the denoised image follows
-            self._show(pixels)
+        self._counted = state
+        if not self._denoises:
+            self._uploaded = state
+        self._show(graph.density(counts[..., 0])**DISPLAY_GAMMA, divider)
+
+    def _remember(self, scene: bpy.types.Scene) -> None:
+        """Keep the hints and the photons of the render for their overlays."""
         if self._hints_of != self.updates:
             self._hints_of = self.updates
             hints.remember(self.session.hint_reports(), self._hint_points)
         photon_overlay.remember(scene, self.session)
 
-    def _denoise(self) -> None:
-        """Denoise when the number of samples has doubled and at the end, one image at a time."""
-        if self._noisy is None or self._noisy[0] != self._number or self._denoiser is not None:
-            return
-        number, samples, pictures = self._noisy
-        known = self._denoised[1] if self._denoised[0] == number else 0.0
-        if samples >= 2.0 * known or (samples > known and self.session.wait(0.0)):
-            self._denoised, self._clean = (number, samples), number
-            self._denoiser = denoise.Background(pictures, self.statistics()["rays"], is_view=True)
-        if self.session.wait(0.0) and samples == self._denoised[1]:
-            self._noisy = None
-
-    def _take_denoised(self) -> None:
-        """Show the image of the denoiser, which has ended. It is that of the current render."""
-        work, self._denoiser = self._denoiser, None
-        try:
-            found = work.result()
-        except RuntimeError as error:
-            print(f"Ajar: {error}", flush=True)
-            found = None
-        if found is None:
-            self._clean, self._uploaded = 0, (0, 0)   # the noisy image is shown
-        elif not self._shows_density:
-            self._show(found[0])
-        if self._divider == 1:
-            self._denoise()
-
-    def _show(self, pixels: np.ndarray) -> None:
+    def _show(self, pixels: np.ndarray, divider: int) -> None:
+        """Show an image with one pixel for `divider` squared pixels of the view."""
         import gpu
 
         pixels = np.clip(pixels, 0.0, LARGEST_HALF)  # for display only, since larger values would be black
         height, width = pixels.shape[:2]
         buffer = gpu.types.Buffer("FLOAT", width * height * 4, np.ascontiguousarray(pixels).reshape(-1))
         self._texture = gpu.types.GPUTexture((width, height), format="RGBA16F", data=buffer)
-        size, region = self.view.resolution(self._divider)
+        size, region = self.view.resolution(divider)
         self._texture_border = tuple(edge * self.view.size[i % 2] / size[i % 2] for i, edge in enumerate(region))
 
     def _draw_texture(self, engine: bpy.types.RenderEngine, scene: bpy.types.Scene) -> None:

@@ -7,14 +7,11 @@ import ctypes.util
 import os
 from pathlib import Path
 
-from ._ajar import DenoiseQuality, denoiser_version, load_denoiser
+from ._ajar import SECONDS_PER_RAY, DenoiseQuality, denoise_quality_for, denoiser_version, load_denoiser  # noqa: F401
 
 VARIABLE = "AJAR_DENOISER"
 NAME = "libOpenImageDenoise.so.2"
 BUNDLED = Path(__file__).parent / "lib" / "libajar_OpenImageDenoise.so"   # its symbols are renamed (tools/extension/isolate.py)
-SECONDS_PER_PIXEL = {DenoiseQuality.High: 11e-6, DenoiseQuality.Balanced: 3.6e-6, DenoiseQuality.Fast: 2.1e-6}   # of a core, with two halves
-SECONDS_PER_RAY = 0.5e-6   # of a core
-MAX_SHARE = 0.1            # of the render
 FREE_SECONDS = 5.0         # of a core: 2.5 seconds on two
 _reasons: list[str] = []   # why the last `load` failed
 
@@ -61,7 +58,5 @@ def reason() -> str:
 
 
 def quality_for(rays: float, pixels: int, free_seconds: float = FREE_SECONDS) -> DenoiseQuality:
-    """The best quality that takes at most a tenth of a render with this number of rays, or `free_seconds` of a core. It follows from fixed costs, not
-    from the clock: frames of different machines agree."""
-    allowed = max(MAX_SHARE * SECONDS_PER_RAY * rays, free_seconds)
-    return next((quality for quality, cost in SECONDS_PER_PIXEL.items() if cost * pixels <= allowed), DenoiseQuality.Fast)
+    """The best quality that takes at most a tenth of a render with this number of rays, or `free_seconds` of a core."""
+    return denoise_quality_for(rays, pixels, free_seconds)

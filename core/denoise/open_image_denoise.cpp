@@ -1,5 +1,6 @@
 #include "denoise/open_image_denoise.h"
 
+#include <algorithm>
 #include <mutex>
 #include <stdexcept>
 
@@ -49,12 +50,38 @@ void find(void* library, const char* name, Function& function) {
   if (function == nullptr) throw std::runtime_error(std::string("Open Image Denoise has no function ") + name + ".");
 }
 
+int number_of(DenoiseQuality quality) {
+  if (quality == DenoiseQuality::High) return kHigh;
+  return quality == DenoiseQuality::Fast && loaded().has_fast ? kFast : kBalanced;
+}
+
+bool goes_on(void* cancelled, double) { return !static_cast<const std::atomic<bool>*>(cancelled)->load(); }
+
 }  // namespace
+
+DenoiseQuality denoise_quality_for(double rays, double pixels, double free_seconds) {
+  constexpr double kMaxShare = 0.1;                                  // of the render
+  constexpr double kHighSeconds = 11e-6, kBalancedSeconds = 3.6e-6;  // of a core for a pixel, with two halves
+  const double allowed = std::max(kMaxShare * kDenoiseSecondsPerRay * rays, free_seconds);
+  if (kHighSeconds * pixels <= allowed) return DenoiseQuality::High;
+  return kBalancedSeconds * pixels <= allowed ? DenoiseQuality::Balanced : DenoiseQuality::Fast;
+}
 
 struct OpenImageDenoise::Device {
   const Interface& use;
   void* handle;
 
+  /// `threads`: 0 uses all.
+  static std::unique_ptr<Device> make(int threads) {
+    if (version().empty()) throw std::runtime_error("Open Image Denoise is not loaded.");
+    auto device = std::make_unique<Device>(loaded().functions);
+    const Interface& f = device->use;
+    if (threads > 0) f.set_device_int(device->handle, "numThreads", threads);
+    f.set_device_bool(device->handle, "setAffinity", false);
+    f.commit_device(device->handle);
+    device->check();
+    return device;
+  }
   explicit Device(const Interface& functions) : use(functions), handle(functions.new_device(kCpu)) {
     if (handle == nullptr) throw std::runtime_error("Open Image Denoise has no device for this CPU.");
   }
@@ -113,13 +140,7 @@ OpenImageDenoise::OpenImageDenoise(int width, int height, std::vector<float> alb
       cancelled_(cancelled),
       albedo_(std::move(albedo)),
       normal_(std::move(normal)) {
-  if (version().empty()) throw std::runtime_error("Open Image Denoise is not loaded.");
-  device_ = std::make_unique<Device>(loaded().functions);
-  const Interface& f = device_->use;
-  if (threads > 0) f.set_device_int(device_->handle, "numThreads", threads);
-  f.set_device_bool(device_->handle, "setAffinity", false);
-  f.commit_device(device_->handle);
-  device_->check();
+  device_ = Device::make(threads);
   if (quality_ != DenoiseQuality::High) return;
   if (!albedo_.empty()) run("albedo", albedo_, kBalanced);
   if (!normal_.empty()) run("normal", normal_, kBalanced);
@@ -128,10 +149,7 @@ OpenImageDenoise::OpenImageDenoise(int width, int height, std::vector<float> alb
 OpenImageDenoise::~OpenImageDenoise() = default;
 
 std::vector<float> OpenImageDenoise::operator()(std::vector<float> image) const {
-  run("color", image,
-      quality_ == DenoiseQuality::High                        ? kHigh
-      : quality_ == DenoiseQuality::Fast && loaded().has_fast ? kFast
-                                                              : kBalanced);
+  run("color", image, number_of(quality_));
   return image;
 }
 
@@ -152,13 +170,52 @@ void OpenImageDenoise::run(const char* name, std::vector<float>& image, int qual
     if (!albedo_.empty() && !normal_.empty()) set("normal", normal_);
     if (!albedo_.empty()) f.set_filter_bool(filter, "cleanAux", quality == kHigh);
   }
-  f.set_filter_progress(
-      filter, [](void* user, double) { return !static_cast<const std::atomic<bool>*>(user)->load(); },
-      const_cast<std::atomic<bool>*>(&cancelled_));
+  f.set_filter_progress(filter, goes_on, const_cast<std::atomic<bool>*>(&cancelled_));
   f.commit_filter(filter);
   f.execute_filter(filter);
   f.release_filter(filter);
   device_->check();
+}
+
+PreparedDenoiser::PreparedDenoiser(int width, int height, bool guided, DenoiseQuality quality, int threads)
+    : device_(OpenImageDenoise::Device::make(threads)),
+      filter_(device_->use.new_filter(device_->handle, "RT")),
+      image_(size_t(width) * size_t(height) * 3),
+      albedo_(guided ? image_.size() : 0),
+      normal_(albedo_.size()) {
+  const Interface& f = device_->use;
+  const auto set = [&](const char* slot, std::vector<float>& data) {
+    f.set_shared_filter_image(filter_, slot, data.data(), kFloat3, size_t(width), size_t(height), 0, 0, 0);
+  };
+  set("color", image_);
+  set("output", image_);
+  if (guided) {
+    set("albedo", albedo_);
+    set("normal", normal_);
+    f.set_filter_bool(filter_, "cleanAux", false);
+  }
+  f.set_filter_bool(filter_, "hdr", true);
+  f.set_filter_int(filter_, "quality", number_of(quality));
+  f.commit_filter(filter_);
+  device_->check();
+}
+
+PreparedDenoiser::~PreparedDenoiser() { device_->use.release_filter(filter_); }
+
+void PreparedDenoiser::set_guides(const std::vector<float>& albedo, const std::vector<float>& normal) {
+  std::copy_n(albedo.begin(), std::min(albedo.size(), albedo_.size()), albedo_.begin());
+  std::copy_n(normal.begin(), std::min(normal.size(), normal_.size()), normal_.begin());
+}
+
+std::vector<float> PreparedDenoiser::operator()(std::vector<float> image, const std::atomic<bool>& cancelled) {
+  const Interface& f = device_->use;
+  std::copy(image.begin(), image.end(), image_.begin());
+  f.set_filter_progress(filter_, goes_on, const_cast<std::atomic<bool>*>(&cancelled));
+  f.commit_filter(filter_);
+  f.execute_filter(filter_);
+  device_->check();
+  std::copy(image_.begin(), image_.end(), image.begin());
+  return image;
 }
 
 }  // namespace ajar

@@ -19,6 +19,11 @@ enum class DenoiseQuality {
   Fast       ///< the same, smaller
 };
 
+/// The best quality that takes at most a tenth of a render with this number of rays, or `free_seconds` of a core. It
+/// follows from fixed costs, not from the clock: frames of different machines agree.
+DenoiseQuality denoise_quality_for(double rays, double pixels, double free_seconds);
+constexpr double kDenoiseSecondsPerRay = 0.5e-6;  ///< of a core, as `denoise_quality_for` assumes
+
 /// Thrown when `cancelled` is set while the library runs.
 class DenoisingCancelled : public std::runtime_error {
  public:
@@ -27,6 +32,8 @@ class DenoisingCancelled : public std::runtime_error {
 
 class OpenImageDenoise {
  public:
+  struct Device;
+
   /// Loads the library from this file. Throws std::runtime_error with the reason. A second call has no effect.
   static void load(const std::string& file);
   /// Its version, such as "2.5.1"; empty if no library is loaded.
@@ -43,7 +50,6 @@ class OpenImageDenoise {
   std::vector<float> operator()(std::vector<float> image) const;
 
  private:
-  struct Device;
   void run(const char* name, std::vector<float>& image, int quality) const;
 
   int width_, height_;
@@ -51,6 +57,26 @@ class OpenImageDenoise {
   const std::atomic<bool>& cancelled_;
   std::unique_ptr<Device> device_;
   std::vector<float> albedo_, normal_;
+};
+
+/// A network of the library for many images of one size. The library prepares it once, which takes longer than a small
+/// image. Guides are not denoised before.
+class PreparedDenoiser {
+ public:
+  /// `quality`: Balanced or Fast. Throws std::runtime_error if no library is loaded or if it fails.
+  PreparedDenoiser(int width, int height, bool guided, DenoiseQuality quality, int threads);
+  ~PreparedDenoiser();
+  PreparedDenoiser(const PreparedDenoiser&) = delete;
+
+  /// Takes the guides of the next images. They are empty if there are none.
+  void set_guides(const std::vector<float>& albedo, const std::vector<float>& normal);
+  /// The image without noise, as OpenImageDenoise gives it.
+  std::vector<float> operator()(std::vector<float> image, const std::atomic<bool>& cancelled);
+
+ private:
+  std::unique_ptr<OpenImageDenoise::Device> device_;
+  void* filter_;
+  std::vector<float> image_, albedo_, normal_;
 };
 
 }  // namespace ajar

@@ -1,4 +1,4 @@
-#include "render/report.h"
+#include "render/session_state.h"
 
 #include <nlohmann/json.hpp>
 

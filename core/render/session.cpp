@@ -1,6 +1,5 @@
 #include "render/session.h"
 
-#include "render/report.h"
 #include "render/session_worker.h"
 
 namespace ajar {
@@ -65,8 +64,13 @@ std::vector<HintReport> Session::hint_reports() const {
   return state->hints ? state->hints->reports : std::vector<HintReport>();
 }
 
-std::vector<float> Session::snapshot(const std::string& pass) const {
+void Session::show_pictures(bool shown) { worker_->state()->shows_pictures = shown; }
+
+std::optional<ViewPicture> Session::take_picture() { return std::exchange(worker_->state()->picture, std::nullopt); }
+
+std::vector<float> Session::snapshot(const std::string& pass, int* width) const {
   const auto state = worker_->state();
+  if (width) *width = state->film ? state->film->width() : 0;
   if (state->film && state->film_idle) return state->resolve(pass);
   state->wanted.insert(pass);
   const auto found = state->published.find(pass);

@@ -23,6 +23,7 @@
 #include "integrators/render_plan.h"
 #include "render/checkpoint.h"
 #include "transport/hints/hints.h"
+#include "view/view_pictures.h"
 
 namespace ajar {
 
@@ -89,6 +90,12 @@ class Session {
   /// ends the wait. The first iteration is always rendered.
   void pause(bool paused);
   bool is_paused() const;
+  /// Whether the following renders of `update` and `change_view` make denoised pictures for a view, from coarse ones to
+  /// those of the size in the settings (view/view_pictures.h). The guides need not be in the settings. Without a
+  /// denoiser the pictures are noisy, and the diagnostics say so.
+  void show_pictures(bool shown);
+  /// The newest picture of the render that was asked for last. It is returned only once.
+  std::optional<ViewPicture> take_picture();
   /// Waits until the render is done or `seconds` have passed. Returns true if it is done, cancelled or failed.
   bool wait(double seconds);
   Progress progress() const;
@@ -99,7 +106,8 @@ class Session {
   std::vector<HintReport> hint_reports() const;
 
   /// A pass as floats at the last iteration boundary; empty before the first. Rows from the bottom up.
-  std::vector<float> snapshot(const std::string& pass) const;
+  /// `width`: if given, receives that of the pass.
+  std::vector<float> snapshot(const std::string& pass, int* width = nullptr) const;
   /// Up to `max_photons` photons of the last pass at the last iteration boundary, and their total number; empty for
   /// integrators without photons. Photons are kept only on request, so during a render the result is that of the first
   /// boundary after a request.

@@ -1,5 +1,6 @@
 #include "render/session_state.h"
 
+#include <algorithm>
 #include <cstdlib>
 
 #include <tbb/task_arena.h>
@@ -29,25 +30,7 @@ void SessionState::begin(const Job& job) {
   error.clear();
   settings = job.description ? job.description->settings : job.settings;
   view_fingerprint = job.description ? ajar::view_fingerprint(job.description->camera, settings) : 0;
-  range.reset();
-  continued.reset();
-  samples_in_film = 0;
-  integrator.reset();  // before the scene that it holds changes
-  film.reset();
-  image_plan.reset();
-  film_idle = false;
-  sample_counts = {};
-  film_bytes = 0;
-  // Passes that the owner read from the last render are published from the first iteration on.
-  wanted = {"Combined"};
-  for (const std::string& pass : settings.passes)
-    if (published.contains(pass)) wanted.insert(pass);
-  published.clear();
-  published_checkpoint.reset();
-  published_photons = {};
-  wanted_photons = 0;
-  statistics = {};
-  error_over_time.clear();
+  begin_film();
   integrator_name = settings.integrator;
   pilot_seconds = 0.0;
   technique_steps.clear();
@@ -58,6 +41,37 @@ void SessionState::begin(const Job& job) {
   hints.reset();
   plan.clear();
   if (!job.keep) scene.reset();
+}
+
+void SessionState::begin_film() {
+  range.reset();
+  continued.reset();
+  samples_in_film = 0;
+  integrator.reset();  // before the scene that it holds changes
+  film.reset();
+  image_plan.reset();
+  film_idle = false;
+  sample_counts = {};
+  film_bytes = 0;
+  // Passes that the owner read from the last film are published from the first iteration on.
+  wanted = {"Combined"};
+  for (const std::string& pass : settings.passes)
+    if (published.contains(pass)) wanted.insert(pass);
+  published.clear();
+  published_checkpoint.reset();
+  published_photons = {};
+  wanted_photons = 0;
+  statistics = {};
+  error_over_time.clear();
+}
+
+DenoiserInput SessionState::denoiser_input() const {
+  const auto guide = [&](const char* pass) {
+    const auto& passes = settings.passes;
+    return std::find(passes.begin(), passes.end(), pass) == passes.end() ? std::vector<float>() : resolve(pass);
+  };
+  return {resolve("Combined"),       resolve("Halves"), guide("Denoising Albedo"),
+          guide("Denoising Normal"), film->width(),     film->height()};
 }
 
 void SessionState::measure_film() {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "denoise/shown_error.h"
 #include "film/film.h"
 #include "film/image_plan.h"
 #include "integrators/integrator.h"
@@ -17,6 +18,7 @@
 #include "render/clock.h"
 #include "render/session.h"
 #include "render/stopping_policy.h"
+#include "view/view_pictures.h"
 
 namespace ajar {
 
@@ -36,6 +38,7 @@ struct SessionState {
   uint64_t last_number = 0;
   bool quit = false, paused = false;
   bool busy = false;                         ///< the worker has a job
+  bool shows_pictures = false;               ///< later jobs that are no final renders make pictures for a view
   bool checkpoint_wanted = false;            ///< keep one at every iteration boundary
   std::set<std::string> wanted{"Combined"};  ///< passes to resolve at the next boundary
   uint64_t wanted_photons = 0;               ///< number of photons that the owner has requested
@@ -78,20 +81,28 @@ struct SessionState {
   std::map<std::string, std::vector<float>> published;
   std::optional<Checkpoint> published_checkpoint;
   PhotonPoints published_photons;
+  std::optional<ViewPicture> picture;  ///< of the last request, not taken yet
 
   bool finished() const { return !next && !busy; }
   double samples_before() const { return base ? base->samples : 0.0; }
 
   /// Starts a new render. Results of the previous one are not shown as its results.
   void begin(const Job& job);
+  /// Forgets the film and what belongs to it. The number of the iteration is kept.
+  void begin_film();
   void warn(const std::string& message) { report_once(diagnostics, {Diagnostic::Severity::Warning, "", message}); }
   void measure_film();
   /// A pass of all samples so far, including those of a checkpoint. Only while nothing writes to the film.
   std::vector<float> resolve(const std::string& pass) const;
+  /// The passes for a denoiser; guides only if the settings ask for them. Only while nothing writes to the film.
+  DenoiserInput denoiser_input() const;
   /// The range of samples that the owner asks for, or the one of the checkpoint.
   std::optional<SampleRange> wanted_range(const RenderSettings& s) const;
   Checkpoint checkpoint_of_film() const;  ///< of the samples of the film alone
   Checkpoint checkpoint() const;
 };
+
+/// The statistics of a render as JSON text: all values of `--ajar-stats`.
+std::string statistics_json(const SessionState& state);
 
 }  // namespace ajar

@@ -85,15 +85,6 @@ void estimate_error(SessionState& state, double seconds, uint64_t done) {
   state.policy.error_looked_at(start);
 }
 
-DenoiserInput denoiser_input(const SessionState& state) {
-  const auto guide = [&](const char* pass) {
-    const auto& passes = state.settings.passes;
-    return std::find(passes.begin(), passes.end(), pass) == passes.end() ? std::vector<float>() : state.resolve(pass);
-  };
-  return {state.resolve("Combined"), state.resolve("Halves"), guide("Denoising Albedo"),
-          guide("Denoising Normal"), state.film->width(),     state.film->height()};
-}
-
 }  // namespace
 
 uint64_t SessionWorker::ask(Job job, bool abort_building) {
@@ -107,6 +98,7 @@ uint64_t SessionWorker::ask(Job job, bool abort_building) {
   } else {
     state->next = std::move(job);
   }
+  state->picture.reset();
   stop_.store(true);
   if (abort_building) stop_building_.store(true);
   if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
@@ -120,6 +112,7 @@ void SessionWorker::cancel() {
     state->next.reset();
     if (!state->busy) state->progress.phase = Progress::Phase::Cancelled;
   }
+  state->picture.reset();
   stop_.store(true);
   stop_building_.store(true);
   state.notify();
@@ -211,6 +204,8 @@ void SessionWorker::run(Job job) {
   // While the artist navigates, there is no time for a pilot.
   if (final_render && find_integrator(asked.integrator).automatic) chosen = choose(camera);
   if (stop_.load()) return;
+  level_ = {0, false};
+  if (!final_render && state_.lock()->shows_pictures) return render_view(camera, start);
   prepare(std::move(chosen), start);
   render_all();
 }
@@ -442,12 +437,17 @@ void SessionWorker::render_all() {
     publish(so_far, done, cut);
     if (render.settings.denoised && render.settings.target_error > 0.0 && !cut && shown_error.due(done)) {
       shown_error.looked_at(done);
-      const DenoiserInput input = denoiser_input(*state_.lock());
+      const DenoiserInput input = state_.lock()->denoiser_input();
       const double relmse = shown_relmse(input, render.settings.threads, stop_);
       state_.lock()->progress.denoised_relmse = relmse;
     }
-    const auto state = state_.lock();
-    if (cut || state->policy.enough(so_far, double(done), state->progress.shown_relmse())) break;
+    const auto ended = [&] {
+      const auto state = state_.lock();
+      return cut || state->policy.enough(so_far, double(done), state->progress.shown_relmse());
+    };
+    const bool last = ended();
+    if (level_.divider > 0) show_picture(done, last);
+    if (last) break;
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "render/session_state.h"
 #include "render/synchronized.h"
+#include "view/view_pictures.h"
 
 namespace ajar {
 
@@ -46,6 +47,12 @@ class SessionWorker {
                        std::unique_ptr<Film>& film, uint32_t& seed);
   void keep_checkpoint(SessionState& state);
   void render_all();
+  void render_view(const CameraDescription& camera, Clock::time_point start);
+  /// Makes a picture of the film if it is time for one; `done`: samples per pixel, `last`: no more follow.
+  void show_picture(uint64_t done, bool last);
+  void add_surfaces(const DenoiserInput& input, ViewPicture& picture);
+  std::vector<float> picture_of(const DenoiserInput& input, uint64_t done, double rays, int threads,
+                                std::string& why_not);
   void wait_while_paused();
   /// `cut`: the time limit has ended an iteration. Pixels then have different numbers of samples, and their error is
   /// not estimated again.
@@ -60,6 +67,12 @@ class SessionWorker {
   double cpu_start_ = 0.0;             // CPU time of the process at the end of the build
   Clock::time_point checkpoint_time_;  // of the last checkpoint that was kept
   double checkpoint_seconds_ = 0.0;    // that it took
+  ViewLevel level_{0, false};          // of the picture that is rendered for a view; divider 0: there are no pictures
+  CameraDescription view_camera_;      // of these pictures
+  RenderSettings view_settings_;       // of the picture of the full size
+  uint64_t next_picture_ = 1;          // number of samples per pixel at which the next picture is made
+  ViewSchedule schedule_;
+  ViewDenoiser denoiser_;
   std::thread thread_;
 };
 

@@ -18,6 +18,7 @@ sys.path.insert(0, str(BUILD / "python"))
 import ajar
 
 SCENE = os.path.join(os.path.dirname(__file__), "..", "..", "test_scenes", "box.blend")
+STAND_IN = BUILD / "tests" / "core" / "ajar_stand_in_denoiser.so"   # for Open Image Denoise
 WINDOW = os.path.join(os.path.dirname(__file__), "window")
 pytestmark = pytest.mark.skipif(shutil.which("Xvfb") is None, reason="needs Xvfb (tools/setup.sh test)")
 
@@ -32,7 +33,7 @@ def edited(profile, display, tmp_path_factory):
         [os.environ.get("BLENDER", "blender"), "--factory-startup", "--enable-event-simulate", "--window-geometry", "0", "0", "960", "600",
          "--addons", "ajar_render",
          *map(str, arguments)],
-        env=environment(profile) | {"DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE,
+        env=environment(profile) | {"DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1", "AJAR_DENOISER": str(STAND_IN)}, text=True, stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT, timeout=TIMEOUT_SECONDS * (1 + int(os.environ.get("AJAR_EDITS", "20")) // 100), check=False)
     assert result.returncode == 0, f"exit code {result.returncode}\n{result.stdout}"
     values = json.loads((folder / "result.json").read_text())
@@ -155,14 +156,26 @@ def test_photons_are_drawn_as_points_on_surfaces_while_switched_on(edited):
 
 def test_a_denoised_view_shows_the_denoised_image_of_the_last_sample(edited):
     denoised = edited[0]["denoise"]
-    assert denoised["unasked"] == 0
-    of = [call["of"] for call in denoised["calls"]]
-    assert of[-1] == [denoised["render"], denoised["samples"]] == [denoised["render"], 16], denoised
-    assert all(b > a for a, b in zip(of, of[1:])), of    # a later render, or more samples
-    width, height = denoised["size"]
-    assert all(call["albedo"] == call["normal"] == [*call["halves"][:2], 3] and 0.5 < call["brightest"] <= 1 for call in denoised["calls"])
-    assert denoised["calls"][-1]["halves"] == [height, width, 6] and denoised["calls"][-1]["quality"].startswith("DenoiseQuality.")
+    assert denoised["available"] and denoised["unasked"] < 0.1, denoised
+    assert denoised["last"] == [denoised["render"], denoised["render"], 1, 8] and denoised["samples"] == 8, denoised
     assert denoised["blue"] > 0.8, denoised
+
+
+def test_a_denoised_view_follows_a_turn_and_shows_no_picture_of_an_earlier_render(edited):
+    denoised = edited[0]["denoise"]
+    assert denoised["moves"] > 1 and len({picture[0] for picture in denoised["moved"]}) > 1, denoised   # pictures appear while it turns
+    assert all(picture[0] == picture[1] for picture in denoised["pictures"]), denoised
+    assert denoised["moved"][-1][0] == denoised["moved_render"] and denoised["moved"][-1][2:] == [1, 8], denoised
+    assert denoised["moved_blue"] > 0.8, denoised
+
+
+def test_a_denoised_view_shows_its_samples_without_rendering_again(edited):
+    denoised = edited[0]["denoise"]
+    assert denoised["density_blue"] < 0.1 and denoised["image_blue"] > 0.8 and denoised["renders"] == 0, denoised
+
+
+def test_switching_off_the_denoiser_shows_the_rendered_image(edited):
+    assert edited[0]["denoise"]["off_blue"] < 0.1, edited[0]["denoise"]
 
 
 def test_random_edits_end_with_an_image(edited):

@@ -14,7 +14,6 @@ import bpy
 import numpy as np
 import window
 from ajar_render import denoise, hints, photon_overlay, viewport
-from ajar_render.ajar_module import ajar
 from ajar_render.export import KnownObjects
 from mathutils import Quaternion
 
@@ -242,29 +241,52 @@ def show_photons(result):
 
 
 def denoise_view(result):
-    """Replaces the library, which this Blender does not have, by a function that makes every image blue."""
+    """A library that stands for the denoiser makes every image blue."""
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     prepare()
-    scene, calls = bpy.context.scene, []
-    scene.ajar.viewport_samples = 16
-
-    def blue(color, halves, albedo, normal, quality, threads, cancellation):
-        calls.append({"of": views[-1]._denoised, "albedo": list(albedo.shape), "brightest": float(albedo.max()), "normal": list(normal.shape),
-                      "halves": list(halves.shape), "quality": str(quality)})
-        return np.broadcast_to(np.float32([0, 0, 1, 1]), color.shape), None
-    real = denoise.is_available, ajar.denoise
-    denoise.is_available, ajar.denoise = lambda: True, blue
+    scene = bpy.context.scene
+    scene.ajar.viewport_samples = 8   # with more, the rendered image counts as well
     window.shade("RENDERED")
     yield from wait_until_done()
-    result["denoise"] = {"unasked": len(calls)}
+    result["denoise"] = {"unasked": blue_share(), "available": denoise.is_available()}
+
+    pictures = []   # [render, render of the view at that time, divider, samples]
+    upload = viewport.Viewport._upload_picture
+
+    def remember(self, *arguments):
+        picture = self._picture
+        pictures.append([picture.render, self._number, picture.divider, picture.samples])
+        upload(self, *arguments)
+    viewport.Viewport._upload_picture = remember
     number = views[-1]._number
     scene.ajar.use_viewport_denoise = True
     scene.update_tag()    # as a click does
     yield from wait_for_another(number)
+    result["denoise"] |= {"samples": views[-1].session.progress().samples, "render": views[-1]._number, "last": pictures[-1], "blue": blue_share()}
+    turned, moves = len(pictures), views[-1].moves
+    for _ in range(20):
+        window.space().region_3d.view_rotation @= Quaternion((0, 0, 1), 0.05)
+        yield 0.03
+    yield from wait_until_done()
+    result["denoise"] |= {"moves": views[-1].moves - moves, "moved": pictures[turned:], "moved_render": views[-1]._number, "moved_blue": blue_share()}
+    space = window.space()
+    number = views[-1]._number
+    space.shading.ajar.show_sample_density = True
+    yield 0.5
+    result["denoise"]["density_blue"] = blue_share()
+    space.shading.ajar.show_sample_density = False
+    yield 0.5
+    result["denoise"] |= {"image_blue": blue_share(), "renders": views[-1]._number - number}
+    scene.ajar.use_viewport_denoise = False
+    scene.update_tag()
+    yield from wait_for_another(number)
+    result["denoise"] |= {"pictures": pictures, "off_blue": blue_share()}
+    viewport.Viewport._upload_picture = upload
+
+
+def blue_share() -> float:
     pixels = window.pixels_of_view()
-    result["denoise"] |= {"calls": calls, "samples": views[-1].session.progress().samples, "render": views[-1]._number, "size": views[-1].view.size,
-                          "blue": float(((pixels[..., 2] > 0.9) & (pixels[..., 0] < 0.1)).mean())}
-    denoise.is_available, ajar.denoise = real
+    return float(((pixels[..., 2] > 0.1) & (pixels[..., 0] < 0.1 * pixels[..., 2])).mean())
 
 
 # ---- Random edits of an artist -------------------------------------------------------------------------------------------------
