@@ -48,6 +48,7 @@ void SessionWorker::render_view(const CameraDescription& camera, Clock::time_poi
     next_picture_ = 1;
     render_all();
     if (level_.divider == 1 || stop_.load()) return;
+    start = Clock::now();
   }
 }
 

@@ -9,6 +9,7 @@ namespace ajar {
 
 namespace {
 
+constexpr int kSkips = 6;              // largest divider after which light of half the resolution follows at once
 constexpr size_t kMaxKept = 4;          // networks
 constexpr double kMeasuredShare = 0.5;  // of the newest measurement in what is expected
 constexpr int kDividers[] = {1, 2, 3, 4, 6, 8, 12, ViewSchedule::kCoarsest};
@@ -44,7 +45,7 @@ ViewLevel ViewSchedule::first(double pixels) const {
 
 ViewLevel ViewSchedule::finer(ViewLevel level, double pixels, bool guided) const {
   if (level.divider <= 2 || expected_seconds(pixels) <= kNextSeconds) return {1, false};
-  if (level.divider <= 4 || expected_seconds(pixels / 4) <= kNextSeconds) return {2, guided};
+  if (level.divider <= kSkips || expected_seconds(pixels / 4) <= kNextSeconds) return {2, guided};
   return {level.divider / 2, false};
 }
 

@@ -1,7 +1,9 @@
 """Measures the time from a change until the rendered view shows the first new pixels.
 
-Arguments: .blend file, repeats. For each kind of change, the result has medians in milliseconds:
-`total`      until the image is drawn
+Arguments: .blend file, repeats, optionally "denoised". The view is that of the scene's camera, but not through it. For each kind of change, the result
+has medians in milliseconds, and the least and the largest `total` and `full`:
+`total`      until the image is drawn; in a denoised view, the first denoised picture
+`full`       until the first picture of the size of the view is drawn, in a denoised view only
 `told`       until Blender calls the add-on
 `exporting`  for the export
 `asked`      until the call of the core
@@ -9,6 +11,8 @@ Arguments: .blend file, repeats. For each kind of change, the result has medians
 `first`      for the first image
 `shown`      from the call of the core until the image is drawn
 `cpu`        CPU time of all threads
+
+Blender must not be started with --enable-event-simulate: it then ignores the events by which a window is redrawn soon.
 """
 
 from __future__ import annotations
@@ -57,6 +61,13 @@ def watch_uploads() -> None:
             marks.setdefault("build", progress.build_seconds)
             marks.setdefault("first", progress.render_seconds)
     viewport.Viewport._upload = upload
+    upload_picture = viewport.Viewport._upload_picture
+
+    def upload_denoised(self, *arguments):
+        upload_picture(self, *arguments)
+        if "asked" in marks and self._uploaded[0] >= marks["asked_number"] and self._divider == 1:
+            mark("full")
+    viewport.Viewport._upload_picture = upload_denoised
     ask = viewport.Viewport._render
 
     def render(self, divider):
@@ -102,19 +113,26 @@ def changes():
     return turn, move, brighten, recolour
 
 
+def look_from_camera() -> None:
+    """The view of the camera, as it is after the artist has left it."""
+    region, camera = window.space().region_3d, bpy.context.scene.camera
+    region.view_perspective = "PERSP"
+    region.view_matrix = camera.matrix_world.inverted()
+    window.space().lens = camera.data.lens
+
+
 def steps(arguments, result):
+    is_denoised = arguments[2:] == ["denoised"]
     wrap("update", "told", "exported")
     watch_uploads()
     bpy.ops.wm.open_mainfile(filepath=arguments[0], load_ui=False)
     scene = bpy.context.scene
     scene.render.engine = "AJAR"
-    scene.ajar.viewport_samples = 4
+    scene.ajar.viewport_samples, scene.ajar.use_viewport_denoise = 4, is_denoised
     window.space().overlay.show_overlays = False   # Blender draws their depth, which is slow without a graphics card
     yield 0.5
-    window.look_through_camera()
+    look_from_camera()
     window.shade("RENDERED")
-    yield from until(is_done)
-    window.look_through_camera(False)
     yield from until(is_done)
     result["region"] = list(views[-1].view.size)
     for change in changes():
@@ -126,12 +144,16 @@ def steps(arguments, result):
             started, cpu = time.monotonic(), time.process_time()
             change()
             yield 0.0
-            yield from until(lambda: "shown" in marks)
+            yield from until(lambda: "shown" in marks and ("full" in marks or not is_denoised))
             row = {"total": marks["shown"] - started, "asked": marks["asked"] - started, "shown": marks["shown"] - marks["asked"],
                    "cpu": time.process_time() - cpu, "divider": marks["divider"] / 1000}   # not a time: pixels of the view per pixel of the first image, along a side
             if "told" in marks:
                 row |= {"told": marks["told"] - started, "exporting": marks["exported"] - marks["told"]}
             row |= {"build": marks["build"], "first": marks["first"]}
+            if is_denoised:
+                row["full"] = marks["full"] - started
             rows.append(row)
         result[change.__name__] = {name: round(1000 * statistics.median(row[name] for row in rows), 1) for name in rows[0]}
+        for name in ("total", "full") if is_denoised else ("total",):
+            result[change.__name__] |= {f"{name}_{word}": round(1000 * choose(row[name] for row in rows), 1) for word, choose in (("least", min), ("most", max))}
         print(change.__name__, result[change.__name__], flush=True)
