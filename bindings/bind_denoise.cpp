@@ -68,7 +68,9 @@ void bind_denoise(py::module_& module) {
       .value("High", DenoiseQuality::High, "The guides are denoised first; a large network.")
       .value("Balanced", DenoiseQuality::Balanced, "The guides are used as they are.")
       .value("Fast", DenoiseQuality::Fast, "As Balanced, with a small network.");
-  module.attr("SECONDS_PER_RAY") = kDenoiseSecondsPerRay;
+  module.def(
+      "denoise_seconds_per_ray", [] { return kDenoiseSecondsPerRay; },
+      "Return the time of a ray that denoise_quality_for assumes, in seconds of a core.");
   module.def("denoise_quality_for", &denoise_quality_for, py::arg("rays"), py::arg("pixels"), py::arg("free_seconds"),
              "Return the best DenoiseQuality that takes at most a tenth of a render with this number of rays, or "
              "free_seconds (float, seconds of a core). It follows from fixed costs, not from the clock: frames of "

@@ -7,11 +7,12 @@ import ctypes.util
 import os
 from pathlib import Path
 
-from ._ajar import SECONDS_PER_RAY, DenoiseQuality, denoise_quality_for, denoiser_version, load_denoiser  # noqa: F401
+from ._ajar import DenoiseQuality, denoise_quality_for, denoise_seconds_per_ray, denoiser_version, load_denoiser
 
 VARIABLE = "AJAR_DENOISER"
 NAME = "libOpenImageDenoise.so.2"
 BUNDLED = Path(__file__).parent / "lib" / "libajar_OpenImageDenoise.so"   # its symbols are renamed (tools/extension/isolate.py)
+SECONDS_PER_RAY = denoise_seconds_per_ray()   # of a core
 FREE_SECONDS = 5.0         # of a core: 2.5 seconds on two
 _reasons: list[str] = []   # why the last `load` failed
 

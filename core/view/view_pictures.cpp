@@ -9,7 +9,7 @@ namespace ajar {
 
 namespace {
 
-constexpr int kSkips = 6;              // largest divider after which light of half the resolution follows at once
+constexpr int kSkips = 6;               // largest divider after which light of half the resolution follows at once
 constexpr size_t kMaxKept = 4;          // networks
 constexpr double kMeasuredShare = 0.5;  // of the newest measurement in what is expected
 constexpr int kDividers[] = {1, 2, 3, 4, 6, 8, 12, ViewSchedule::kCoarsest};

@@ -296,6 +296,47 @@ def test_a_noise_target_refers_to_the_denoised_image():
     assert 16 <= samples[True] < 0.7 * samples[False], samples
 
 
+@pytest.mark.skipif(not ajar.denoiser.load(), reason="needs Open Image Denoise 2 (AJAR_DENOISER)")
+@pytest.mark.parametrize("samples", [2, 31, 64])
+def test_the_picture_of_a_view_is_the_denoised_image_of_its_last_sample(samples):
+    """Below 32 samples from one run of the fast network, then in the same way as the final image, with the quality that its rays allow."""
+    description = square(samples=samples, width=96, height=64, reach=0.5)
+    description.camera.aperture_radius, description.camera.focus_distance = 1.0, 1.0
+    session = ajar.Session()
+    session.show_pictures(True)
+    number = session.update(description)
+    assert session.wait(HANG)
+    picture = session.take_picture()
+    assert picture.not_denoised == session.take_error() == ""
+    assert (picture.render, picture.samples, picture.divider, picture.coarse_light) == (number, samples, 1, False)
+    image, halves, albedo, normal = (session.snapshot(name) for name in ("Combined", "Halves", "Denoising Albedo", "Denoising Normal"))
+    rays = json.loads(session.statistics_json())["rays"]
+    fast = ajar.DenoiseQuality.Fast
+    expected, _ = (ajar.denoise(image, None, albedo, normal, fast) if samples < 32
+                   else ajar.denoise(image, halves, albedo, normal, ajar.denoiser.quality_for(rays, 96 * 64, 0.0)))
+    pixels = picture.take_pixels()
+    np.testing.assert_allclose(pixels, expected, rtol=1e-3, atol=1e-4)
+    assert np.abs(pixels - image).max() > 0.01
+    # The final image differs by its quality: the means agree.
+    final, _ = ajar.denoise(image, halves, albedo, normal, ajar.DenoiseQuality.High)
+    assert abs(pixels[..., :3].mean() / final[..., :3].mean() - 1.0) < 0.05
+    assert session.take_picture() is None
+
+
+def test_a_snapshot_during_a_render_with_pictures_has_the_size_of_its_image():
+    description = square(samples=4, width=400, height=300)
+    session = ajar.Session()
+    session.show_pictures(True)
+    session.update(description)
+    sizes = set()
+    while not session.wait(0.0):
+        picture = session.snapshot("Combined")
+        if picture is not None:
+            sizes.add(picture.shape)
+    sizes.add(session.snapshot("Combined").shape)
+    assert (300, 400, 4) in sizes and all(abs(4 * height - 3 * width) < 4 for height, width, _ in sizes), sizes
+
+
 def test_halves_are_two_means_of_the_image_and_unknown_for_one_sample():
     description = square(samples=4)
     description.settings.passes = ["Combined", "Halves"]
