@@ -67,7 +67,7 @@ class ViewSchedule {
 /// Denoises pictures. One thread uses it.
 class ViewDenoiser {
  public:
-  /// With fewer samples, one run of the network has the smaller error (docs/research/viewport.md).
+  /// With 16 samples, one run of the network still had the smaller error (docs/research/viewport.md).
   static constexpr double kConsistentSamples = 32.0;
 
   /// The picture of `input`, RGBA. `rays`: of the render so far, for the quality. Throws as OpenImageDenoise does.
