@@ -1,6 +1,7 @@
 #include "denoise/open_image_denoise.h"
 
 #include <algorithm>
+#include <cstring>
 #include <mutex>
 #include <stdexcept>
 
@@ -87,6 +88,36 @@ struct OpenImageDenoise::Device {
   }
   ~Device() { use.release_device(handle); }
   Device(const Device&) = delete;
+
+  /// Float RGB of one size. The image `name` is denoised in place. Guides that are not used are null.
+  struct Images {
+    const char* name;
+    float* image;
+    const float *albedo, *normal;
+    size_t width, height;
+    int quality;  ///< number of the library
+  };
+  /// A filter that is not committed. To be released.
+  void* make_filter(const Images& images) const {
+    void* const filter = use.new_filter(handle, "RT");
+    const auto set = [&](const char* slot, const float* data) {
+      use.set_shared_filter_image(filter, slot, const_cast<float*>(data), kFloat3, images.width, images.height, 0, 0,
+                                  0);
+    };
+    set(images.name, images.image);
+    set("output", images.image);
+    use.set_filter_int(filter, "quality", images.quality);
+    if (std::strcmp(images.name, "color") == 0) use.set_filter_bool(filter, "hdr", true);
+    if (images.albedo != nullptr) set("albedo", images.albedo);
+    if (images.normal != nullptr) set("normal", images.normal);
+    if (images.albedo != nullptr) use.set_filter_bool(filter, "cleanAux", images.quality == kHigh);
+    return filter;
+  }
+  void run(void* filter, const std::atomic<bool>& cancelled) const {
+    use.set_filter_progress(filter, goes_on, const_cast<std::atomic<bool>*>(&cancelled));
+    use.commit_filter(filter);
+    use.execute_filter(filter);
+  }
   void check() const {
     const char* message = nullptr;
     const int error = use.get_device_error(handle, &message);
@@ -155,48 +186,24 @@ std::vector<float> OpenImageDenoise::operator()(std::vector<float> image) const 
 
 /// Denoises the image `name` in place. `quality`: number of the library.
 void OpenImageDenoise::run(const char* name, std::vector<float>& image, int quality) const {
-  const Interface& f = device_->use;
-  void* filter = f.new_filter(device_->handle, "RT");
-  const auto set = [&](const char* slot, const std::vector<float>& data) {
-    f.set_shared_filter_image(filter, slot, const_cast<float*>(data.data()), kFloat3, size_t(width_), size_t(height_),
-                              0, 0, 0);
-  };
-  set(name, image);
-  set("output", image);
-  f.set_filter_int(filter, "quality", quality);
-  if (&image != &albedo_ && &image != &normal_) {
-    f.set_filter_bool(filter, "hdr", true);
-    if (!albedo_.empty()) set("albedo", albedo_);
-    if (!albedo_.empty() && !normal_.empty()) set("normal", normal_);
-    if (!albedo_.empty()) f.set_filter_bool(filter, "cleanAux", quality == kHigh);
-  }
-  f.set_filter_progress(filter, goes_on, const_cast<std::atomic<bool>*>(&cancelled_));
-  f.commit_filter(filter);
-  f.execute_filter(filter);
-  f.release_filter(filter);
+  const bool is_guide = &image == &albedo_ || &image == &normal_, guided = !is_guide && !albedo_.empty();
+  void* const filter = device_->make_filter({name, image.data(), guided ? albedo_.data() : nullptr,
+                                             guided && !normal_.empty() ? normal_.data() : nullptr, size_t(width_),
+                                             size_t(height_), quality});
+  device_->run(filter, cancelled_);
+  device_->use.release_filter(filter);
   device_->check();
 }
 
 PreparedDenoiser::PreparedDenoiser(int width, int height, bool guided, DenoiseQuality quality, int threads)
     : device_(OpenImageDenoise::Device::make(threads)),
-      filter_(device_->use.new_filter(device_->handle, "RT")),
       image_(size_t(width) * size_t(height) * 3),
       albedo_(guided ? image_.size() : 0),
-      normal_(albedo_.size()) {
-  const Interface& f = device_->use;
-  const auto set = [&](const char* slot, std::vector<float>& data) {
-    f.set_shared_filter_image(filter_, slot, data.data(), kFloat3, size_t(width), size_t(height), 0, 0, 0);
-  };
-  set("color", image_);
-  set("output", image_);
-  if (guided) {
-    set("albedo", albedo_);
-    set("normal", normal_);
-    f.set_filter_bool(filter_, "cleanAux", false);
-  }
-  f.set_filter_bool(filter_, "hdr", true);
-  f.set_filter_int(filter_, "quality", number_of(quality));
-  f.commit_filter(filter_);
+      normal_(albedo_.size()),
+      filter_(device_->make_filter({"color", image_.data(), guided ? albedo_.data() : nullptr,
+                                    guided ? normal_.data() : nullptr, size_t(width), size_t(height),
+                                    number_of(quality)})) {
+  device_->use.commit_filter(filter_);
   device_->check();
 }
 
@@ -208,11 +215,8 @@ void PreparedDenoiser::set_guides(const std::vector<float>& albedo, const std::v
 }
 
 std::vector<float> PreparedDenoiser::operator()(std::vector<float> image, const std::atomic<bool>& cancelled) {
-  const Interface& f = device_->use;
   std::copy(image.begin(), image.end(), image_.begin());
-  f.set_filter_progress(filter_, goes_on, const_cast<std::atomic<bool>*>(&cancelled));
-  f.commit_filter(filter_);
-  f.execute_filter(filter_);
+  device_->run(filter_, cancelled);
   device_->check();
   std::copy(image_.begin(), image_.end(), image.begin());
   return image;

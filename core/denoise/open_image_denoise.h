@@ -75,8 +75,8 @@ class PreparedDenoiser {
 
  private:
   std::unique_ptr<OpenImageDenoise::Device> device_;
+  std::vector<float> image_, albedo_, normal_;  ///< of the filter, which keeps their addresses
   void* filter_;
-  std::vector<float> image_, albedo_, normal_;
 };
 
 }  // namespace ajar

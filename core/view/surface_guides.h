@@ -13,7 +13,8 @@ struct SurfaceGuides {
   std::vector<float> albedo, normal;  ///< RGB and XYZ, rows from the bottom up over the region of the settings
 };
 
-/// One ray through the centre of each pixel of `view`, whose size and region are those of `settings`. The scene may have another camera.
+/// One ray through the centre of each pixel of `view`, whose size and region are those of `settings`. The scene may have
+/// another camera.
 /// Incomplete when `stop` is set.
 SurfaceGuides trace_surface_guides(const Scene& scene, const CameraDescription& view, const RenderSettings& settings,
                                    const std::atomic<bool>& stop);
