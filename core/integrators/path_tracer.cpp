@@ -237,7 +237,11 @@ class PathTracer final : public Integrator {
             return;
           }
           Guide guide;
-          if constexpr (Guide::kGuided) guide = guide_->of_sample(px - film.x0(), py - film.y0(), pixel, index);
+          [[maybe_unused]] typename Guide::Outcome outcome;
+          if constexpr (Guide::kGuided) {
+            guide = guide_->of_sample(px - film.x0(), py - film.y0(), pixel, index);
+            if (guide_->measuring()) guide.outcome = &outcome;
+          }
           Parts parts;
           if constexpr (std::is_same_v<Parts, SampleParts>) {
             if (!shown_groups.empty()) parts.shown_groups = shown_groups.data();
@@ -262,7 +266,11 @@ class PathTracer final : public Integrator {
           if constexpr (std::is_same_v<Parts, ImportantLight>)
             radiance = Color(luminance(radiance), parts.luminance, 0.0f);
           if constexpr (Guide::kGuided)
-            guide_->measure(px - film.x0(), py - film.y0(), scene_->settings().exposure * radiance);
+            if (guide.outcome) {
+              const float exposure = scene_->settings().exposure;
+              guide_->measure(px - film.x0(), py - film.y0(), exposure * luminance(radiance),
+                              {exposure * outcome.unguided, outcome.share});
+            }
           const bool added = film.add_sample(px, py, radiance, alpha, aux);
           if (added && film.has_catchers()) [[unlikely]] {
             const CaughtSample sample = compare(caught, start, index, radiance, alpha);

@@ -80,7 +80,7 @@ class PathWalk {
     ++start_.counters.paths;
     while (step()) {
     }
-    if constexpr (kGuided) hand_in_samples();
+    if constexpr (kGuided) guided_.end(guide_, radiance_);
     alpha = alpha_;
     return radiance_;
   }
@@ -125,6 +125,7 @@ class PathWalk {
       if (sum > 3.0f * limit) contribution *= 3.0f * limit / sum;
     }
     radiance_ += contribution;
+    if constexpr (kGuided) guided_.note_light(luminance(contribution));
     if constexpr (kSources) parts_.luminance += parts_.of_source * luminance(contribution);
     if constexpr (kParts) add_to_parts(contribution, bounces);
   }
@@ -161,14 +162,16 @@ class PathWalk {
   }
 
   /// MIS weight of light that was hit, against sampling this light.
-  [[gnu::always_inline]] float weight_of_hit(uint32_t light, Vec3 position, Vec3 normal) const {
+  [[gnu::always_inline]] float weight_of_hit(uint32_t light, Vec3 position, Vec3 normal) {
     const Vec3 wi = walk_.ray.direction;
     if constexpr (kMedia)
       if (medium_.chose)
         return weight_of_hit_in_medium(
             scene_, {previous_.position, medium_.chosen_from, previous_.bsdf_pdf, previous_.receiver_set}, light, wi,
             position, normal);
-    return direct_light_.weight_of_hit(scene_, previous_, light, wi, position, normal);
+    const float weight = direct_light_.weight_of_hit(scene_, previous_, light, wi, position, normal);
+    if constexpr (kGuided) guided_.hit_weight = weight;
+    return weight;
   }
 
   [[gnu::always_inline]] void add_met(const LightMet& met) {
@@ -450,7 +453,10 @@ class PathWalk {
       u_guide = sampler_.get_1d();
     }
     const auto sample = guided_.bsdf.sample(walk_.point.wo, u_guide, u_lobe, u_direction, pdf_bsdf);
-    if (!sample || !(sample->pdf_solid_angle > 0.0f)) return {};
+    if (!sample || !(sample->pdf_solid_angle > 0.0f)) {
+      guided_.note_failure(u_guide, u_lobe);
+      return {};
+    }
     if (guide_.samples && !sample->specular && guided_.open_count < kMaxOpenVertices) {
       const float pdf = pdf_bsdf / std::max(1.0f - guided_.bsdf.delta_probability(), 1e-6f);
       guided_.open[guided_.open_count++] = {{walk_.point.position, walk_.shading.bsdf.n, sample->wi, 0.0f, 0.0f, pdf,
@@ -458,18 +464,9 @@ class PathWalk {
                                             radiance_,
                                             luminance(beta_)};
     }
-    if (!sample->specular) guided_.plain *= pdf_bsdf / sample->pdf_solid_angle;
+    guided_.note_direction(sample->specular ? sample->pdf_solid_angle : pdf_bsdf, sample->pdf_solid_angle);
     guided_.unguided_beta *= max_component(sample->f_cos) / (sample->specular ? sample->pdf_solid_angle : pdf_bsdf);
     return sample;
-  }
-
-  /// The light along a direction is all light that was found after it was chosen.
-  void hand_in_samples() {
-    for (int i = 0; guide_.samples && i < guided_.open_count; ++i) {
-      OpenVertex& o = guided_.open[i];
-      o.sample.weight = luminance(radiance_ - o.before) / o.beta;
-      if (o.sample.weight > 0.0f && std::isfinite(o.sample.weight)) guide_.samples->push_back(o.sample);
-    }
   }
 
   static constexpr int kSafeBounces = 2;  ///< without Russian roulette

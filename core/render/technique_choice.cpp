@@ -31,7 +31,7 @@ struct Candidate {
 constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, 0, false, 0.0},
                                      {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, 0, false, 0.1},
                                      {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, 5000, false, 0.1},
-                                     {"bidirectional path tracing", "bdpt", 1.7, 3.0, true, false, 4, 0, true, 0.0}};
+                                     {"bidirectional path tracing", "bdpt", 1.7, 3.0, true, false, 2, 0, true, 0.0}};
 constexpr int kPilotPixels = 12288, kMinPixels = 768;
 constexpr int kPilotSamples = 2 * kCandidates[0].samples;  // of path tracing
 /// Maximum share of the pilot in the requested samples.
@@ -43,7 +43,7 @@ constexpr double kBiasRate = -2.0 / 3.0;
 constexpr double kUsualSamples = 512.0;
 /// Work of all candidates per pixel and sample of path tracing in the pilot, relative to path tracing: measured on
 /// `room` in CPU time, without the work for photons.
-constexpr double kPilotWork = 4.0, kDenoisedPilotWork = 6.0;
+constexpr double kPilotWork = 4.0, kDenoisedPilotWork = 5.0;
 /// Number of pixels and samples per pixel that measure the speed of path tracing if there is a time limit.
 constexpr int kTimedPixels = 1024, kTimedSamples = 2, kTimedRuns = 2;
 /// Path tracing does well if its relMSE after the pilot, plus the share of unlit pixels, is below this. The share
@@ -274,8 +274,9 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   for (const TechniqueTrial& trial : choice.trials) costs.push_back(trial.cost);
   const size_t best = clearly_best(costs, asked.denoised ? kClearlyBetterDenoised : kClearlyBetter);
   choice.settings.integrator = kCandidates[best].integrator;
-  // Guiding makes the independent noise of path tracing smaller, and is measured before it is used.
-  if (asked.denoised && best == 0 && asked.guiding == Guiding::Off) choice.settings.guiding = Guiding::Auto;
+  // Guiding makes the independent noise of path tracing smaller, and is measured before it is used. Where light is easy
+  // to find, the measurement does not pay.
+  if (best == 0 && costs.size() > 1 && asked.guiding == Guiding::Off) choice.settings.guiding = Guiding::Auto;
   choice.name = kCandidates[best].name;
   choice.reason = costs.size() == 1 ? "its error in the pilot is small"
                   : best == 0       ? "no other technique is clearly better"

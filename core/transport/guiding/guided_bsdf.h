@@ -49,6 +49,11 @@ class GuidedBsdf {
   GuideKind kind() const { return kind_; }
   float delta_probability() const { return delta_probability_; }
   bool guided() const { return share_ > 0.0f; }
+  float share() const { return share_; }
+  /// Whether `sample` draws from the guide with these numbers.
+  bool draws_from_guide(float u_guide, float u_lobe) const {
+    return share_ > 0.0f && u_guide < share_ && !chooses_delta(u_lobe);
+  }
 
   /// The density of the mixture: a defensive mixture [Fan 2006, eq. 2.15 and 2.16].
   float pdf_solid_angle(float pdf_bsdf, Vec3 wi) const {
@@ -60,7 +65,7 @@ class GuidedBsdf {
   /// Samples a direction. `pdf_bsdf` is set to the density of the BSDF alone, for training; 0 for delta lobes.
   std::optional<BsdfSample> sample(Vec3 wo, float u_guide, float u_lobe, Vec2 u, float& pdf_bsdf) const {
     std::optional<BsdfSample> sample;
-    if (share_ > 0.0f && u_guide < share_ && !chooses_delta(u_lobe)) {
+    if (draws_from_guide(u_guide, u_lobe)) {
       const Vec3 wi = distribution_->sample(lobes_, u_guide / share_, u);
       const Bsdf::Evaluation scattered = bsdf_->evaluate(wo, wi);
       if (!(scattered.pdf_solid_angle > 0.0f)) return std::nullopt;

@@ -19,15 +19,14 @@ constexpr double kMaxVertices = 2.5e6;
 constexpr uint32_t kLearnedSamples = 16;
 /// Samples before the first training step of a frame that starts with a guide.
 constexpr uint32_t kFirstWarmTraining = 16;
-/// Samples of each measurement, and the sample counts at which the two measurements with the guide start.
-constexpr uint32_t kMeasured = 4, kFirstMeasurement = 4, kSecondMeasurement = 12;
-static_assert(PathGuide::kEqualSamples == kSecondMeasurement + kMeasured && PathGuide::kEqualSamples == 4 * kMeasured);
-/// Minimum gain to continue after each measurement.
-constexpr double kFirstGain = 0.75, kSecondGain = 1.25;
+/// Samples without the guide that tell the cost of a sample.
+constexpr uint32_t kUnguided = 4;
 /// Cost of guiding per ray, measured; between `rooms` and `box` (docs/benchmarks/guiding.md).
 constexpr double kCostOfGuide = 1.25;
 
 }  // namespace
+
+const PathGuide::Measurement PathGuide::kMeasurements[2] = {{4, 8, 0.85}, {12, 16, 1.25}};
 
 PathGuide::PathGuide(Mode mode, int width, int height, int tile, const Past* past)
     : measures_(mode == Mode::Auto && !(past && past->age < kMaxAge)),
@@ -62,32 +61,12 @@ int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
   }
   if (!measures_) {
     follows_ = done > 0 || starts_warm_;
-  } else if (done < kSecondMeasurement + kMeasured || phase_ >= 0) {
-    const uint64_t spent = rays - rays_at_start_;
-    const bool was = follows_;
-    if (done == kMeasured) rays_without_ = spent;
-    if (done == kFirstMeasurement) follows_ = true;
-    if (done == kFirstMeasurement + kMeasured && (gain_ = gain(spent)) < kFirstGain) follows_ = false;
-    if (done == kSecondMeasurement + kMeasured && (gain_ = gain(spent)) < kSecondGain) follows_ = false;
-    measured_ = (was && !follows_) || done >= kSecondMeasurement + kMeasured;
-    if (was && !follows_) {
-      learning_ = false;
-      phase_ = -1;
-      tile_samples_.clear();
-      return wanted;
-    }
-    const bool first = done < kMeasured, second = (done >= kFirstMeasurement && done < kFirstMeasurement + kMeasured) ||
-                                                  (done >= kSecondMeasurement && done < kSecondMeasurement + kMeasured);
-    phase_ = first ? 0 : (second ? 1 : -1);
-    if (done == 0 || done == kFirstMeasurement || done == kSecondMeasurement) {
-      moments_[size_t(phase_)].assign(size_t(pixels_), {});
-      rays_at_start_ = rays;
-    }
+  } else if (!measured_ && !measure_before(done, rays)) {
+    return wanted;
   }
   // Up to the next training step or measurement.
   int samples = learning_ ? std::min(wanted, int(std::max(std::bit_ceil(done + 1), first_training_) - done)) : wanted;
-  if (measures_ && done < kSecondMeasurement + kMeasured)
-    samples = std::min(samples, int((done / kMeasured + 1) * kMeasured - done));
+  if (measures_ && !measured_) samples = std::min(samples, int((done / kUnguided + 1) * kUnguided - done));
   if (learning_) {
     const uint64_t iteration = uint64_t(pixels_) * (done < first_training_ ? first_training_ : std::bit_floor(done));
     const double share = std::min(double(kEnoughPaths), kMaxVertices / vertices_per_path_) / double(iteration);
@@ -97,6 +76,30 @@ int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
   return samples;
 }
 
+bool PathGuide::measure_before(uint32_t done, uint64_t rays) {
+  if (done == kUnguided) {
+    rays_without_ = double(rays) / kUnguided;
+    follows_ = true;
+  }
+  measuring_ = false;
+  for (const Measurement& m : kMeasurements) {
+    if (done == m.begin) {
+      moments_.assign(size_t(pixels_), {});
+      rays_at_start_ = rays;
+    }
+    measuring_ |= done >= m.begin && done < m.end;
+    if (done != m.end) continue;
+    gain_ = gain(m.end - m.begin, rays - rays_at_start_);
+    follows_ = gain_ >= m.least;
+  }
+  measured_ = done >= kEqualSamples || (done > kUnguided && !follows_);
+  if (measured_) moments_ = {};
+  if (!measured_ || follows_) return true;
+  learning_ = false;
+  tile_samples_.clear();
+  return false;
+}
+
 uint64_t PathGuide::estimated_bytes(uint64_t pixels, uint64_t samples) {
   // Twelve vertices per path is a high estimate. The last iteration that is used for training has half of the samples
   // so far.
@@ -104,7 +107,7 @@ uint64_t PathGuide::estimated_bytes(uint64_t pixels, uint64_t samples) {
                vertices = std::min(kMaxVertices, 12.0 * paths);
   const double cells = vertices / 100.0;
   return uint64_t(vertices * double(3 * sizeof(GuideSample) + GuideTree::kBytesPerSample) +
-                  2.0 * cells * double(GuideTree::kBytesPerCell) + double(pixels) * 2.0 * double(sizeof(Moments)));
+                  2.0 * cells * double(GuideTree::kBytesPerCell) + double(pixels) * double(sizeof(Moments)));
 }
 
 bool PathGuide::records(uint32_t pixel, uint32_t index) const {
@@ -132,17 +135,17 @@ void PathGuide::learn(float past_share) {
   size_t written = 0;
   for (const std::vector<GuideSample>& tile : tile_samples_) written += tile.capacity();
   max_bytes_ = std::max(max_bytes_, (written + count) * sizeof(GuideSample) + count * GuideTree::kBytesPerSample +
-                                        tree_.memory_bytes() +
-                                        (moments_[0].size() + moments_[1].size()) * sizeof(Moments));
+                                        tree_.memory_bytes() + moments_.size() * sizeof(Moments));
   const double recorded = double(paths_) * (keep_ == ~0u ? 1.0 : double(keep_) / double(~0u));
   vertices_per_path_ = std::clamp(double(count) / std::max(1.0, recorded), 0.5, 24.0);
 }
 
-/// The mean over blocks of the logarithm of the ratio of their variances. The weight of a block is its relative
-/// variance, from both measurements.
-double PathGuide::gain(uint64_t rays_guided) const {
+/// The mean over blocks of the logarithm of the ratio of their variances. The weight of a block is its relative standard
+/// deviation, from both variances: by variances, few blocks with rare bright paths would decide. The square of the mean,
+/// which both variances contain, is estimated without bias.
+double PathGuide::gain(uint32_t samples, uint64_t rays_guided) const {
   constexpr int kBlock = 16;
-  const double n = double(kMeasured);
+  const double n = double(samples);
   struct Block {
     double variance[2] = {0.0, 0.0}, mean = 0.0, pixels = 0.0;
   };
@@ -150,25 +153,24 @@ double PathGuide::gain(uint64_t rays_guided) const {
   std::vector<Block> blocks(size_t(columns) * size_t(rows));
   for (int i = 0; i < pixels_; ++i) {
     Block& block = blocks[size_t(i / width_ / kBlock) * size_t(columns) + size_t(i % width_ / kBlock)];
-    for (int phase = 0; phase < 2; ++phase) {
-      const Moments& m = moments_[phase][size_t(i)];
-      const double variance = std::max(0.0, double(m.square) - double(m.sum) * double(m.sum) / n) / (n - 1.0);
-      if (!std::isfinite(variance)) continue;
-      block.variance[phase] += variance;
-      block.mean += 0.5 * double(m.sum) / n;
-    }
+    const Moments& m = moments_[size_t(i)];
     block.pixels += 1.0;
+    const double mean_square = (double(m.sum) * double(m.sum) - double(m.square)) / (n * (n - 1.0));
+    if (!std::isfinite(mean_square) || !std::isfinite(m.unguided_square)) continue;
+    block.variance[0] += double(m.unguided_square) / n - mean_square;
+    block.variance[1] += double(m.square) / n - mean_square;
+    block.mean += double(m.sum) / n;
   }
   double sum = 0.0, weights = 0.0;
   for (const Block& b : blocks) {
     if (!(b.variance[0] > 0.0 && b.variance[1] > 0.0)) continue;
-    const double weight = std::sqrt(b.variance[0] * b.variance[1]) / (b.mean * b.mean / b.pixels + 0.01 * b.pixels) *
-                          b.pixels;
+    const double relative = std::sqrt(b.variance[0] * b.variance[1]) / (b.mean * b.mean / b.pixels + 0.01 * b.pixels);
+    const double weight = std::sqrt(relative) * b.pixels;
     sum += weight * std::log(b.variance[0] / b.variance[1]);
     weights += weight;
   }
   if (!(weights > 0.0) || rays_guided == 0) return 0.0;
-  return std::exp(sum / weights) * double(rays_without_) / (double(rays_guided) * kCostOfGuide);
+  return std::exp(sum / weights) * rays_without_ * n / (double(rays_guided) * kCostOfGuide);
 }
 
 }  // namespace ajar

@@ -8,18 +8,21 @@
 // paths are recorded: about 2.5 million vertices per iteration, which take 320 MB during training. A cell takes about
 // half a KB.
 //
-// `Auto` measures first: samples 0 to 3 of each pixel use the BSDF alone, later samples are guided. It compares
-// variance times cost of samples 0 to 3 with that of samples 4 to 7 and, when the guide is better trained, with that of
-// samples 12 to 15. The guide is abandoned unless it is clearly better. Variances are summed over blocks of 16 by 16
-// pixels. The logarithms of the sums are compared block by block, because otherwise a few fireflies would dominate.
-// Cost is counted in rays, so that the decision, and with it the image, does not depend on the clock. Cells where the
-// BSDF alone samples the light well do not use the guide in any case.
+// `Auto` measures first: samples 0 to 3 of each pixel use the BSDF alone, later samples are guided. Guided samples give
+// both variances: that of themselves, and by importance sampling that of unguided samples (GuidedPath::Outcome), so that
+// both variances contain the same rare bright paths. Their quotient, times that of the costs, is the gain. It is
+// measured in samples 4 to 7 and, when the guide is better trained, in samples 12 to 15. The guide is abandoned unless
+// it is clearly better. Variances are summed over blocks of 16 by 16 pixels. The logarithms of the sums are
+// compared block by block, because otherwise a few fireflies would dominate. Cost is counted in rays, so that the
+// decision, and with it the image, does not depend on the clock. Cells where the BSDF alone samples the light well do
+// not use the guide in any case.
 //
 // A frame of an animation starts with the guide of the previous frame and uses it from its first sample. It needs fewer
 // training steps: after 16, 32 ... samples, and a last one at its end with all remaining samples. The decision of
 // `Auto` is valid for eight frames without a new measurement.
 #pragma once
 
+#include <cmath>
 #include <memory>
 
 #include "transport/guiding/guide_tree.h"
@@ -30,6 +33,7 @@ namespace ajar {
 /// Directions by the BSDF alone. The loop of the path tracer is compiled without any code of the guide.
 struct Unguided {
   static constexpr bool kGuided = false;
+  struct Outcome {};
 };
 /// Directions by BSDF and guide. If there is a list, the samples of the path are recorded in it.
 struct Guided {
@@ -37,9 +41,16 @@ struct Guided {
   /// Probability e_0 of paths that the BSDF alone samples. It bounds the density of all paths from below
   /// (guided_bsdf.h).
   static constexpr float kPlainShare = 0.25f;
+  /// What a guided walk says about an unguided one. For both, the second moment is an expectation over guided walks:
+  /// E[guided^2], and E[share * unguided^2].
+  struct Outcome {
+    float unguided = 0.0f;  ///< luminance of an unguided sample that takes the same directions
+    float share = 1.0f;     ///< density of these directions without the guide over their density with it, at most 4
+  };
   const GuideTree* tree = nullptr;
   std::vector<GuideSample>* samples = nullptr;
   uint32_t pixel = 0, index = 0;  ///< of the path
+  Outcome* outcome = nullptr;     ///< receives the result at the end of the path; null: not measured
 };
 /// A vertex whose incident light is not complete yet.
 struct OpenVertex {
@@ -56,11 +67,42 @@ struct GuidedPath {
   GuidedBsdf bsdf;
   float plain = Guided::kPlainShare;  ///< probability that the BSDF alone chose the directions, given the directions
   float unguided_beta = 1.0f;         ///< the throughput in that case
+  float last_ratio = 1.0f;            ///< density without the guide over that with it, of the last direction
+  float hit_weight = 0.0f;            ///< MIS weight of the light that is added next; 0: it is sampled, not hit
+  float unguided_light = 0.0f;        ///< Guided::Outcome::unguided so far
+  static constexpr float kNever = 1e-16f;  ///< directions with a smaller `plain` do not occur without the guide
   OpenVertex open[kMaxOpenVertices];
   int open_count = 0;
   void note_distance(float t) {
     if (open_count > 0 && open[open_count - 1].sample.inverse_distance == 0.0f)
       open[open_count - 1].sample.inverse_distance = 1.0f / t;
+  }
+  /// A direction whose density was `pdf`, and `pdf_bsdf` without the guide.
+  void note_direction(float pdf_bsdf, float pdf) {
+    last_ratio = pdf_bsdf / pdf;
+    plain *= last_ratio;
+  }
+  /// No direction was found. The guide's directions below the surface are not those of the BSDF.
+  void note_failure(float u_guide, float u_lobe) {
+    plain *= bsdf.draws_from_guide(u_guide, u_lobe) ? 0.0f : 1.0f / (1.0f - bsdf.share());
+  }
+  /// Adds light. The MIS weight of sampled light is that of the guided walk, which is slightly too large or too small.
+  void note_light(float y) {
+    if (!(plain > kNever)) return;
+    float times = Guided::kPlainShare / plain;
+    if (hit_weight > 0.0f) times *= last_ratio / (hit_weight * last_ratio + (1.0f - hit_weight));
+    unguided_light += times * y;
+    hit_weight = 0.0f;
+  }
+  Guided::Outcome outcome() const { return {unguided_light, plain > kNever ? plain / Guided::kPlainShare : 0.0f}; }
+  /// Hands in what the path has found. The light along a direction is all light that was found after it was chosen.
+  void end(const Guided& guide, Color radiance) {
+    for (int i = 0; guide.samples && i < open_count; ++i) {
+      OpenVertex& o = open[i];
+      o.sample.weight = luminance(radiance - o.before) / o.beta;
+      if (o.sample.weight > 0.0f && std::isfinite(o.sample.weight)) guide.samples->push_back(o.sample);
+    }
+    if (guide.outcome) *guide.outcome = outcome();
   }
 };
 
@@ -96,11 +138,13 @@ class PathGuide {
             learning_ && records(pixel, index)
                 ? &tile_samples_[size_t(y / tile_) * size_t(columns_) + size_t(x / tile_)]
                 : nullptr,
-            pixel, index};
+            pixel, index, nullptr};
   }
-  /// Records the radiance of a sample, with exposure, for the measurement.
-  void measure(int x, int y, Color radiance) {
-    if (phase_ >= 0) moments_[size_t(phase_)][size_t(y) * size_t(width_) + size_t(x)].add(luminance(radiance));
+  /// Whether the samples are to be passed to `measure`.
+  bool measuring() const { return measuring_; }
+  /// Records the luminance of a guided sample, with exposure, for the measurement.
+  void measure(int x, int y, float guided, const Guided::Outcome& outcome) {
+    moments_[size_t(y) * size_t(width_) + size_t(x)].add(guided, outcome);
   }
   const GuideTree& tree() const { return tree_; }
   /// The maximum memory so far, which is reached during training.
@@ -112,31 +156,41 @@ class PathGuide {
 
  private:
   struct Moments {
-    float sum = 0.0f, square = 0.0f;
-    void add(float y) {
+    float sum = 0.0f, square = 0.0f, unguided_square = 0.0f;
+    void add(float y, const Guided::Outcome& outcome) {
       sum += y;
       square += y * y;
+      unguided_square += outcome.share * outcome.unguided * outcome.unguided;
     }
   };
+  /// A measurement of the gain, in samples `begin` to `end` - 1 of each pixel.
+  struct Measurement {
+    uint32_t begin, end;
+    double least;  ///< the guide is abandoned if the gain is smaller
+  };
+  static const Measurement kMeasurements[2];
+  /// Starts and ends measurements before sample `done`. Returns false if the guide is abandoned.
+  bool measure_before(uint32_t done, uint64_t rays);
   void learn(float past_share);
   /// Whether a path is recorded. If there are too many, only a fraction of them is.
   bool records(uint32_t pixel, uint32_t index) const;
-  double gain(uint64_t rays_guided) const;
+  double gain(uint32_t samples, uint64_t rays_guided) const;
 
-  bool measures_, measured_ = false;  ///< measures_: whether to measure if the guide pays; otherwise it is known
+  bool measures_, measured_ = false,
+                  measuring_ = false;  ///< measures_: whether to measure if the guide pays; otherwise it is known
   int width_, pixels_, tile_, columns_;
   bool learning_ = true, follows_ = false, starts_warm_ = false;
   uint32_t age_ = 0, first_training_ = 1;  ///< age in frames; sample count before the first training step
   uint32_t keep_ = ~0u;                    ///< paths with larger hashes are not recorded
   uint64_t paths_ = 0;                     ///< paths of the present iteration
   double vertices_per_path_ = 4.0;         ///< recorded vertices per path of the previous iteration
-  int phase_ = -1;                         ///< -1: none, 0: without the guide, 1: with it
-  uint64_t rays_at_start_ = 0, rays_without_ = 0;
+  uint64_t rays_at_start_ = 0;             ///< of the present measurement
+  double rays_without_ = 0.0;              ///< per sample of all pixels, without the guide
   double gain_ = 0.0;
   size_t max_bytes_ = 0;
   GuideTree tree_;
   std::vector<std::vector<GuideSample>> tile_samples_;
-  std::vector<Moments> moments_[2];
+  std::vector<Moments> moments_;
 };
 
 }  // namespace ajar

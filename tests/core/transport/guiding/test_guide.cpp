@@ -271,6 +271,62 @@ TEST(GuidedBsdf, the_density_of_a_path_is_at_least_a_fixed_share_of_the_unguided
   EXPECT_LE(plain, 1.0f);
 }
 
+/// A walk of three vertices in a field of light. At each vertex it finds light, and the light in its direction. A part
+/// of the directions of the guide is below the surface.
+struct ToyWalk {
+  GuideTree tree;
+  Bsdf bsdf;
+  ToyWalk() {
+    tree.learn(Teacher{{{glm::normalize(Vec3(1, 0, 0.1f)), 8.0f, 1.0f}}}.teach(300, 9));
+    bsdf.start(Vec3(0, 0, 1), Vec3(0, 0, 1));
+    bsdf.set_lambert(Color(0.7f), Vec3(0, 0, 1));
+  }
+  static float light(Vec3 wi) { return wi.x > 0.8f ? 8.0f : 0.1f; }
+  /// Returns the light of the walk.
+  float sample(const GuideTree* guide, Pcg32& rng, GuidedPath& path) const {
+    float sum = 0.0f, beta = 1.0f;
+    const auto add = [&](float y) {
+      sum += y;
+      path.note_light(y);
+    };
+    for (int vertex = 0; vertex < 3; ++vertex) {
+      path.bsdf.start(guide, bsdf, Vec3(0.5f, 0.5f, 0.0f), 1.0f - path.plain);
+      add(beta * 0.1f);
+      const float u_guide = rng.next_float(), u_lobe = rng.next_float(), x = rng.next_float();
+      float pdf_bsdf;
+      const auto s = path.bsdf.sample(Vec3(0, 0, 1), u_guide, u_lobe, {x, rng.next_float()}, pdf_bsdf);
+      if (!s || !(s->pdf_solid_angle > 0.0f)) {
+        path.note_failure(u_guide, u_lobe);
+        break;
+      }
+      path.note_direction(pdf_bsdf, s->pdf_solid_angle);
+      beta *= s->f_cos.x / s->pdf_solid_angle;
+      path.hit_weight = 1.0f;
+      add(beta * light(s->wi));
+    }
+    return sum;
+  }
+};
+
+TEST(GuidedPaths, tell_the_second_moment_of_unguided_paths) {
+  const ToyWalk walk;
+  Pcg32 rng(10);
+  RunningMoments told, actual, guided, share;
+  for (int i = 0; i < 1100000; ++i) {
+    GuidedPath with, without;
+    const double y = double(walk.sample(&walk.tree, rng, with)), unguided = double(walk.sample(nullptr, rng, without));
+    const Guided::Outcome outcome = with.outcome();
+    told.add(double(outcome.share) * double(outcome.unguided) * double(outcome.unguided));
+    share.add(double(outcome.share));
+    guided.add(y * y);
+    actual.add(unguided * unguided);
+  }
+  EXPECT_TRUE(means_agree(told, actual, {0.01, 2})) << told.mean() << " " << actual.mean();
+  EXPECT_TRUE(mean_agrees(share, 1.0, {0.01, 2}));
+  EXPECT_LT(std::sqrt(told.variance_of_mean() + actual.variance_of_mean()), 0.005 * actual.mean());  // sees 2 %
+  EXPECT_GT(std::abs(guided.mean() - actual.mean()), 0.1 * actual.mean());
+}
+
 /// With few samples, the test would detect the bias of a sample that influences its own density.
 TEST(GuidedPaths, agree_with_unguided_ones_while_they_learn) {
   std::vector<TransportScene> scenes;
