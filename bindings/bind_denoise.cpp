@@ -49,7 +49,7 @@ py::object denoised(const Floats& image, const std::optional<Floats>& halves, co
     py::gil_scoped_release release;
     const OpenImageDenoise library(int(width), int(height), std::move(guides[0]), std::move(guides[1]), quality,
                                    threads, (cancellation ? *cancellation : never).is_set);
-    Denoised image = denoise(color, both, int(width), int(height), std::cref(library));
+    Denoised image = denoise(color, both, int(width), int(height), std::cref(library), quality != DenoiseQuality::Fast);
     for (size_t i = 0; i < height * width; ++i)
       for (size_t c = 0; c < 3; ++c) result[channels * i + c] = image.image[3 * i + c];
     error = std::move(image.error);

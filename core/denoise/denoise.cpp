@@ -18,6 +18,11 @@ constexpr size_t kRank = 3;               // the neighbour with which it is comp
 constexpr float kMaxRatio = 3.0f;         // of the brightness of a pixel to that neighbour
 constexpr float kDarkest = 0.01f;         // added to squares of light, as in relMSE
 constexpr float kUsualNoise = 3.0f;       // times the mean of |m - n| in a window
+constexpr int kFrequentReach = 8;         // pixels to each side of the window in which darkened pixels are counted
+constexpr float kFrequent = 0.012f;       // share of darkened pixels above which they keep their light
+constexpr float kMaxWhole = 0.6f;         // maximum share of D(N)
+constexpr double kNoiseOfWhole = 0.02;    // relative noise, squared, at which the share of D(N) is half of the maximum
+constexpr double kLeastWhole = 0.1;       // share of D(N) below which it is not computed
 constexpr int kErrorReach = 2;            // pixels to each side of the window of the error
 constexpr double kMinSignificance = 2.5;  // the mean of the products over its standard error, below which g is 0
 
@@ -56,19 +61,25 @@ float bright_neighbour(const std::vector<float>& light, int x, int y, int width,
 struct Residuals {
   std::vector<float> first, second;  ///< B - D(A) and A - D(B)
   std::vector<float> halves;         ///< A - B
+  std::vector<float> whole;          ///< D - (D(A) + D(B)) / 2
 
-  std::array<std::vector<float>*, 3> all() { return {&first, &second, &halves}; }
+  std::array<std::vector<float>*, 4> all() { return {&first, &second, &halves, &whole}; }
 };
 
 /// What a pixel of a plane tells: the energies of the residuals and of A - B, and the product of the residuals of D(A).
 struct PlanePixel {
   float energy = 0.0f, noise = 0.0f, product = 0.0f;
 };
+/// The denoiser's images of both halves, and the best that is known without the combination.
+struct DenoisedHalves {
+  std::vector<float> from_a, from_b, best;
+};
+
 /// The combination of the planes. Its images are reused for all planes.
 class Combination {
  public:
   Combination(Residuals residuals, int width, int height);
-  /// The sums of the planes of A - D(A) and of B - D(B), with their weights.
+  /// The sums over the planes of g (A - D(A)) + (1 - g) (D - (D(A) + D(B)) / 2), and of the same for B.
   std::array<std::vector<float>, 2> significant_parts();
 
  private:
@@ -140,7 +151,7 @@ std::array<std::vector<float>, 2> Combination::significant_parts() {
   const int planes = plane_count(width_, height_);
   std::array<std::vector<float>, 2> sums{std::vector<float>(size.values()), std::vector<float>(size.values())};
   for (int level = 0; level <= planes; ++level) {
-    for (size_t k = 0; k < 3; ++k) {
+    for (size_t k = 0; k < rest_.all().size(); ++k) {
       if (level < planes)
         smooth(*rest_.all()[k], size, 1 << level, *smooth_.all()[k]);
       else
@@ -150,8 +161,9 @@ std::array<std::vector<float>, 2> Combination::significant_parts() {
     find_weights(level);
     for_pixels(size.values(), [&](size_t i) {
       const float n = rest_.halves[i] - smooth_.halves[i];
-      sums[0][i] += weights_[i / 3] * (rest_.first[i] - smooth_.first[i] + n);
-      sums[1][i] += weights_[i / 3] * (rest_.second[i] - smooth_.second[i] - n);
+      const float g = weights_[i / 3], whole = (1.0f - g) * (rest_.whole[i] - smooth_.whole[i]);
+      sums[0][i] += g * (rest_.first[i] - smooth_.first[i] + n) + whole;
+      sums[1][i] += g * (rest_.second[i] - smooth_.second[i] - n) + whole;
     });
     std::swap(rest_, smooth_);
   }
@@ -172,6 +184,62 @@ std::vector<float> run(const DenoiseFunction& denoiser, std::vector<float> image
   if (any_below)
     for (size_t i = 0; i < image.size(); ++i) image[i] += below[i];
   return image;
+}
+
+/// Pixels of `limited_a` and `limited_b` are darkened. Where many are, they are not outliers but the way in which light
+/// is found: there they get their light back.
+void restore_frequent(const std::vector<float>& a, const std::vector<float>& b, ImageSize size,
+                      std::vector<float>& limited_a, std::vector<float>& limited_b) {
+  const size_t pixels = size.values() / 3;
+  std::vector<float> share(pixels), scratch;
+  const auto is_darker = [](const std::vector<float>& now, const std::vector<float>& before, size_t pixel) {
+    return luminance_at(now, pixel) < luminance_at(before, pixel) ? 0.5f : 0.0f;
+  };
+  for_pixels(pixels, [&](size_t i) { share[i] = is_darker(limited_a, a, i) + is_darker(limited_b, b, i); });
+  window_mean(share, {size.width, size.height, 1}, kFrequentReach, scratch);
+  for_pixels(pixels, [&](size_t i) {
+    const float ratio = share[i] / kFrequent, ratio4 = ratio * ratio * ratio * ratio, kept = ratio4 / (ratio4 + 1.0f);
+    for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
+      limited_a[c] += kept * (a[c] - limited_a[c]);
+      limited_b[c] += kept * (b[c] - limited_b[c]);
+    }
+  });
+}
+
+/// sqrt(y^2 + kDarkest), with the luminance y of the mean of both.
+std::vector<float> light_of(const std::vector<float>& one, const std::vector<float>& two) {
+  std::vector<float> light(one.size() / 3);
+  for_pixels(light.size(), [&](size_t i) {
+    const float y = 0.5f * (luminance_at(one, i) + luminance_at(two, i));
+    light[i] = std::sqrt(y * y + kDarkest);
+  });
+  return light;
+}
+
+DenoisedHalves denoise_halves(const std::vector<float>& a, const std::vector<float>& b, ImageSize size,
+                              const DenoiseFunction& denoiser, bool with_whole) {
+  std::vector<float> one = limited(a, b, size.width, size.height), two = limited(b, a, size.width, size.height),
+                     mean(size.values());
+  std::vector<float> noise(size.values() / 3);  // squared
+  for_pixels(noise.size(), [&](size_t i) {
+    for (size_t c = 3 * i; c < 3 * i + 3; ++c) noise[i] += (one[c] - two[c]) * (one[c] - two[c]) / 12.0f;
+  });
+  restore_frequent(a, b, size, one, two);
+  for_pixels(mean.size(), [&](size_t i) { mean[i] = 0.5f * (one[i] + two[i]); });
+  DenoisedHalves d{run(denoiser, std::move(one)), run(denoiser, std::move(two)), {}};
+  d.best.resize(size.values());
+  for_pixels(d.best.size(), [&](size_t i) { d.best[i] = 0.5f * (d.from_a[i] + d.from_b[i]); });
+  if (!with_whole) return d;
+
+  const std::vector<float> light = light_of(d.from_a, d.from_b);
+  double relative = 0.0;
+  for (size_t i = 0; i < noise.size(); ++i) relative += double(noise[i]) / (double(light[i]) * double(light[i]));
+  relative /= double(noise.size());
+  const double share = double(kMaxWhole) * relative / (relative + kNoiseOfWhole);
+  if (!(share >= kLeastWhole)) return d;
+  const std::vector<float> from_mean = run(denoiser, std::move(mean));
+  for_pixels(d.best.size(), [&](size_t i) { d.best[i] += float(share) * (from_mean[i] - d.best[i]); });
+  return d;
 }
 
 }  // namespace
@@ -206,7 +274,7 @@ std::vector<float> limited(const std::vector<float>& image, const std::vector<fl
 }
 
 Denoised denoise(const std::vector<float>& image, const std::vector<float>& halves, int width, int height,
-                 const DenoiseFunction& denoiser) {
+                 const DenoiseFunction& denoiser, bool with_whole) {
   const size_t pixels = size_t(width) * size_t(height);
   if (halves.empty() || std::any_of(halves.begin(), halves.end(), [](float v) { return std::isnan(v); }))
     return {run(denoiser, image), {}};
@@ -217,13 +285,8 @@ Denoised denoise(const std::vector<float>& image, const std::vector<float>& halv
       b[3 * i + c] = halves[6 * i + 3 + c];
     }
   });
-  std::vector<float> from_a = run(denoiser, limited(a, b, width, height)),
-                     from_b = run(denoiser, limited(b, a, width, height));
-  std::vector<float> light(pixels);
-  for_pixels(pixels, [&](size_t i) {
-    const float y = 0.5f * (luminance_at(from_a, i) + luminance_at(from_b, i));
-    light[i] = std::sqrt(y * y + kDarkest);
-  });
+  const auto [from_a, from_b, best] = denoise_halves(a, b, {width, height, 3}, denoiser, with_whole);
+  const std::vector<float> light = light_of(from_a, from_b);
   Residuals residuals;
   for (std::vector<float>* one : residuals.all()) one->resize(3 * pixels);
   for_pixels(3 * pixels, [&](size_t i) {
@@ -231,6 +294,7 @@ Denoised denoise(const std::vector<float>& image, const std::vector<float>& halv
     residuals.first[i] = scale * (b[i] - from_a[i]);
     residuals.second[i] = scale * (a[i] - from_b[i]);
     residuals.halves[i] = scale * (a[i] - b[i]);
+    residuals.whole[i] = scale * (best[i] - 0.5f * (from_a[i] + from_b[i]));
   });
   const auto parts = Combination(std::move(residuals), width, height).significant_parts();
   Denoised result{std::vector<float>(3 * pixels), std::vector<float>(pixels)};

@@ -61,8 +61,9 @@ bool goes_on(void* cancelled, double) { return !static_cast<const std::atomic<bo
 }  // namespace
 
 DenoiseQuality denoise_quality_for(double rays, double pixels, double free_seconds) {
-  constexpr double kMaxShare = 0.1;                                  // of the render
-  constexpr double kHighSeconds = 11e-6, kBalancedSeconds = 3.6e-6;  // of a core for a pixel, with two halves
+  constexpr double kMaxShare = 0.1;  // of the render
+  constexpr double kHighSeconds = 15e-6,
+                   kBalancedSeconds = 5.2e-6;  // of a core for a pixel, with both halves and the whole
   const double allowed = std::max(kMaxShare * kDenoiseSecondsPerRay * rays, free_seconds);
   if (kHighSeconds * pixels <= allowed) return DenoiseQuality::High;
   return kBalancedSeconds * pixels <= allowed ? DenoiseQuality::Balanced : DenoiseQuality::Fast;

@@ -80,8 +80,9 @@ std::vector<float> ViewDenoiser::operator()(const DenoiserInput& input, double s
   } else {
     PreparedDenoiser& network = network_for(input, quality, threads);
     network.set_guides(input.albedo, input.normal);
-    result = denoise(image, halves, input.width, input.height,
-                     [&](std::vector<float> noisy) { return network(std::move(noisy), stop); });
+    result = denoise(
+        image, halves, input.width, input.height,
+        [&](std::vector<float> noisy) { return network(std::move(noisy), stop); }, quality != DenoiseQuality::Fast);
   }
   std::vector<float> rgba = input.combined;
   for (size_t i = 0; i < rgba.size() / 4; ++i) std::copy_n(&result.image[3 * i], 3, &rgba[4 * i]);
