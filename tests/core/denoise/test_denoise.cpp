@@ -202,6 +202,61 @@ TEST(Denoise, a_firefly_of_one_half_is_not_restored) {
   EXPECT_LT(denoise(r.image, r.halves, kWidth, kHeight, identity).image[3 * pixel], 5.0f);
 }
 
+TEST(Denoise, noisy_images_are_denoised_as_a_whole_as_well) {
+  // The denoiser knows the image, but adds a fine pattern in proportion to the noise of its input.
+  const std::vector<float> clean = truth();
+  int calls = 0;
+  const auto adds_pattern = [&](const std::vector<float>& noisy) {
+    ++calls;
+    const float noise = float(relative_error(noisy, clean));
+    std::vector<float> result = clean;
+    for (size_t i = 0; i < kValues; ++i) result[i] *= 1.0f + ((i / 3 + i / 3 / kWidth) % 2 == 0 ? noise : -noise);
+    return result;
+  };
+  const Rendered noisy = rendered(clean, 2, 21), calm = rendered(clean, 400, 21);
+  const auto error = [&](const Rendered& r, bool whole) {
+    return relative_error(denoise(r.image, r.halves, kWidth, kHeight, adds_pattern, whole).image, clean);
+  };
+  const double without = error(noisy, false);
+  EXPECT_EQ(calls, 2);
+  EXPECT_LT(error(noisy, true), 0.7 * without);
+  EXPECT_EQ(calls, 5);
+  EXPECT_EQ(error(calm, true), error(calm, false));
+  EXPECT_EQ(calls, 9);
+}
+
+TEST(Denoise, bright_pixels_keep_their_light_where_they_are_frequent) {
+  // On the left, all light is in a twentieth of the pixels. On the right, there is one firefly.
+  std::vector<float> image(kValues, 0.5f), halves(2 * kValues, 0.5f);
+  Pcg32 rng(3);
+  double light = 0.0;
+  for (size_t i = 0; i < kValues / 3; ++i) {
+    const bool left = i % kWidth < kWidth / 2;
+    for (size_t half = 0; half < 2; ++half) {
+      const bool bright = left ? rng.next_float() < 0.05f : i == 40 * kWidth + 80 && half == 0;
+      for (size_t c = 0; c < 3; ++c)
+        halves[6 * i + 3 * half + c] = left ? (bright ? 10.0f : 0.0f) : (bright ? 500.0f : 0.5f);
+    }
+    if (left) light += double(halves[6 * i] + halves[6 * i + 3]);
+    for (size_t c = 0; c < 3; ++c) image[3 * i + c] = 0.5f * (halves[6 * i + c] + halves[6 * i + 3 + c]);
+  }
+  double seen = 0.0, most = 0.0;
+  denoise(
+      image, halves, kWidth, kHeight,
+      [&](std::vector<float> noisy) {
+        for (size_t i = 0; i < kValues / 3; ++i) {
+          if (i % kWidth < kWidth / 2)
+            seen += double(noisy[3 * i]);
+          else if (i % kWidth > kWidth / 2 + 12)
+            most = std::max(most, double(noisy[3 * i]));
+        }
+        return noisy;
+      },
+      false);
+  EXPECT_GT(seen, 0.9 * light);
+  EXPECT_LT(most, 5.0);
+}
+
 TEST(Denoise, without_halves_the_image_of_the_denoiser_is_returned) {
   const std::vector<float> clean = truth();
   Rendered r = rendered(clean, 4, 9);
