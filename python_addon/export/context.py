@@ -48,6 +48,7 @@ class ExportContext:
         self.warnings: list[tuple[str, str]] = []        # (name of the datablock, message)
         self.meshes = meshes                             # of a viewport, kept between exports
         self.is_hidden = is_hidden                       # whether a viewport hides an instance that is in the dependency graph
+        self.is_view = False                             # of a viewport, which has no camera unless it culls objects
         self.known: KnownObjects | None = None           # of a viewport, kept between exports
         self.revisions: list[bpy.types.Object] | None = None   # the known objects to export again; None: all
         self.importance_of_collections: dict[int, float] | None = None
