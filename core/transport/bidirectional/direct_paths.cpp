@@ -184,6 +184,7 @@ class DirectTracer {
   void look_for_light(Color beta) {
     const Vec2 u = sampler_.get_2d();
     if (!sample_light(scene_, vertex_, sampler_.get_1d(), u, light_)) return;
+    if (is_past_bounces(scene_, light_, vertex_.point.ray_depth)) return;
     PathEdge edge = join(light_, vertex_);
     const LightEnd end = light_end(scene_, light_, vertex_, edge, nullptr);
     if (!(end.pdf_sampled > 0.0f)) return;
