@@ -1740,9 +1740,14 @@ def _(stage):
     limited_textures(stage, texture_limit_render="128")
 
 
-@feature("film", "texture_resolution", "images of 300 x 200 texels with a texture resolution of 30 % and a limit of 128, in Blenders that have it")
+@feature("film", "texture_resolution_alone", "images of 300 x 200 texels with a texture resolution of 30 %, in Blenders that have it")
 def _(stage):
-    limited_textures(stage, texture_resolution_render=0.3, texture_limit_render="128")
+    limited_textures(stage, texture_resolution_render=0.3)
+
+
+@feature("film", "texture_resolution", "images of 300 x 200 texels with a texture resolution of 50 %, and a limit of 128, in Blenders that have it")
+def _(stage):
+    limited_textures(stage, texture_resolution_render=0.5, texture_limit_render="128")
 
 
 def limited_textures(stage, **settings):
@@ -1752,6 +1757,8 @@ def limited_textures(stage, **settings):
     for name, value in settings.items():
         if hasattr(stage.scene.cycles, name):
             setattr(stage.scene.cycles, name, value)
+        else:
+            stage.scene["cycles"][name] = value   # a newer Blender reads it
     rng = random.Random(7)
     coarse = [[(rng.random(), rng.random(), rng.random(), 1.0) for _ in range(60)] for _ in range(40)]
     pixels = [channel for y in range(200) for x in range(300) for channel in coarse[y // 5][x // 5]]
