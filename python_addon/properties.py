@@ -218,7 +218,7 @@ class AjarViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_sample_count: bpy.props.BoolProperty(name="Sample Count", description="Samples that each pixel received")
     use_pass_render_time: inherited.boolean("use_pass_render_time", "Render Time", "Time that a processor core has spent on each pixel, in milliseconds", False, "pass_render_time")
     use_pass_denoising: bpy.props.BoolProperty(
-        name="Denoising Data", description="Albedo, normal and depth for a denoiser: those of the first rough surface, seen through mirrors and glass")
+        name="Denoising Data", description="Albedo, normal and depth for a denoiser: those of the first rough surface or volume, seen through mirrors and glass")
     use_pass_denoising_error: bpy.props.BoolProperty(
         name="Denoising Error", description="Estimated error of the denoised picture, relative to its brightness: where not to trust it. Needs Denoise")
     use_pass_variance: bpy.props.BoolProperty(name="Variance", description="Estimated variance of each pixel's mean")

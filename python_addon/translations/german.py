@@ -451,8 +451,8 @@ TEXTS = {
     "Estimated error of the denoised picture, relative to its brightness: where not to trust it. Needs Denoise":
         "Geschätzter Fehler des entrauschten Bildes, relativ zu seiner Helligkeit: wo ihm nicht zu trauen ist. Benötigt Entrauschen",
     "Error after denoising": "Fehler nach dem Entrauschen",
-    "Albedo, normal and depth for a denoiser: those of the first rough surface, seen through mirrors and glass":
-        "Albedo, Normale und Tiefe für einen Entrauscher: die der ersten rauen Oberfläche, durch Spiegel und Glas gesehen",
+    "Albedo, normal and depth for a denoiser: those of the first rough surface or volume, seen through mirrors and glass":
+        "Albedo, Normale und Tiefe für einen Entrauscher: die der ersten rauen Oberfläche oder des ersten Volumens, durch Spiegel und Glas gesehen",
     "Colour of the first surface without its light": "Farbe der ersten Oberfläche ohne ihr Licht",
     "Volume Direct": "Volumen direkt",
     "Light of lamps and sky that volumes scatter directly to the camera": "Licht von Lampen und Himmel, das Volumen direkt zur Kamera streuen",
