@@ -6,9 +6,9 @@
 
 #include "film/filter.h"
 #include "integrators/tile_loop.h"
-#include "scene/pass_names.h"
 #include "transport/bidirectional/bidirectional.h"
 #include "transport/hints/followed_hints.h"
+#include "transport/paths/light_of_groups.h"
 #include "transport/paths/path.h"
 
 namespace ajar {
@@ -49,8 +49,7 @@ class Bdpt final : public Integrator {
     film.enable_splats();
     if (!space_) begin(film, stop);
     const double light_walks = double(film.width()) * double(film.height());
-    shown_groups_ = film.light_groups().empty() ? std::vector<int>()
-                                                : shown_light_groups(scene_->light_groups(), film.light_groups());
+    const LightOfGroups groups(*scene_, film);
     tbb::enumerable_thread_specific<BidirectionalWalks> walks([&] {
       BidirectionalWalks w(*scene_, light_walks);
       w.finds_beyond_terminator = true;
@@ -58,7 +57,7 @@ class Bdpt final : public Integrator {
       w.media = media_.get();
       w.merging = merging_.active() ? &merging_ : nullptr;
       w.guide = space_->guide;
-      w.separates_groups = !shown_groups_.empty();
+      w.separates_groups = groups.any();
       return w;
     });
     const auto add_samples = [&](int more) {
@@ -66,7 +65,7 @@ class Bdpt final : public Integrator {
       for_each_sample(
           film, samples_done_, stop,
           [&] {
-            return Tile{Sampler(Sampler::Kind::Sobol, seed_), walks.local(), SampleParts()};
+            return Tile{Sampler(Sampler::Kind::Sobol, seed_), walks.local(), groups};
           },
           [&](Tile& tile, int px, int py, uint32_t index) { add_sample(film, px, py, index, light_walks, tile); });
     };
@@ -98,7 +97,7 @@ class Bdpt final : public Integrator {
   struct Tile {
     Sampler sampler;
     BidirectionalWalks& walks;
-    SampleParts parts;  ///< the groups alone
+    LightOfGroups groups;
   };
 
   void begin(const Film& film, const std::atomic<bool>& stop) {
@@ -108,31 +107,23 @@ class Bdpt final : public Integrator {
     merging_.follow(space_->guide);
   }
 
-  /// The pass that shows the light of a path (Film::light_groups); -1: none.
-  int group_of(const FoundPath& path, const BidirectionalWalks& walks) const {
-    if (shown_groups_.empty()) return -1;
-    const int group = light_group_of(*scene_, walks.light_of(path));
-    return group >= 0 ? shown_groups_[size_t(group)] : -1;
-  }
-
   void add_sample(Film& film, int px, int py, uint32_t index, double light_walks, Tile& tile) const {
-    auto& [sampler, walks, parts] = tile;
+    auto& [sampler, walks, groups] = tile;
     const int full_width = scene_->settings().width, full_height = scene_->settings().height;
     sampler.start(uint32_t(py) * uint32_t(full_width) + uint32_t(px), index);
     const Vec2 offset = filter_.sample(sampler.get_2d());
     SampleRecord record;
     SampleAux* const aux = record.begin(film, px, py);
     Color radiance(0.0f);
-    parts.groups.assign(film.light_groups().size(), Color(0.0f));
+    groups.begin();
     uint32_t splats = 0;
     // The two halves get equally many splats, whatever the sample counts are.
     const bool odd = (index + uint32_t(px + py)) & 1;
     if (merging_.active()) walks.pass_time = merging_.time();
     for (const FoundPath& path : walks.sample(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, sampler, aux)) {
-      const int group = group_of(path, walks);
       if (path.t > 1 || path.s == 0) {
         radiance += path.contribution;
-        if (group >= 0) parts.groups[size_t(group)] += path.contribution;
+        groups.add(*scene_, walks.light_of(path), path.contribution);
         continue;
       }
       sampler.set_dimension(kSplatDimension + 2 * splats++);
@@ -140,13 +131,13 @@ class Bdpt final : public Integrator {
       const auto column = filter_.place(path.film.x, 0, full_width, u.x),
                  row = filter_.place(path.film.y, 0, full_height, u.y);
       film.add_splat(column.pixel, row.pixel,
-                     path.contribution * float(double(column.weight * row.weight) / light_walks), odd, group);
+                     path.contribution * float(double(column.weight * row.weight) / light_walks), odd,
+                     groups.pass_of(*scene_, walks.light_of(path)));
     }
     const bool added = film.add_sample(px, py, radiance + walks.merged() + walks.glow(), walks.alpha(), aux);
-    if (!added || parts.groups.empty()) return;
-    for (size_t g = 0; g < walks.merged_of_groups().size(); ++g)
-      if (shown_groups_[g] >= 0) parts.groups[size_t(shown_groups_[g])] += walks.merged_of_groups()[g];
-    film.add_parts(px, py, parts);
+    if (!added || !groups.any()) return;
+    for (int g = 0; g < int(walks.merged_of_groups().size()); ++g) groups.add(g, walks.merged_of_groups()[size_t(g)]);
+    film.add_parts(px, py, groups.parts());
   }
 
   std::shared_ptr<const Scene> scene_;
@@ -157,7 +148,6 @@ class Bdpt final : public Integrator {
   FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;  ///< of the paths from which the shares of hints are learned
   PixelFilter filter_;
-  std::vector<int> shown_groups_;  ///< see shown_light_groups; empty: no group is shown
   IntegratorStatistics statistics_;
 };
 
