@@ -115,7 +115,8 @@ class Bdpt final : public Integrator {
     SampleRecord record;
     SampleAux* const aux = record.begin(film, px, py);
     Color radiance(0.0f);
-    groups.begin();
+    const bool separates = groups.any();
+    if (separates) groups.begin();
     uint32_t splats = 0;
     // The two halves get equally many splats, whatever the sample counts are.
     const bool odd = (index + uint32_t(px + py)) & 1;
@@ -123,7 +124,7 @@ class Bdpt final : public Integrator {
     for (const FoundPath& path : walks.sample(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, sampler, aux)) {
       if (path.t > 1 || path.s == 0) {
         radiance += path.contribution;
-        groups.add(*scene_, walks.light_of(path), path.contribution);
+        if (separates) groups.add(*scene_, walks.light_of(path), path.contribution);
         continue;
       }
       sampler.set_dimension(kSplatDimension + 2 * splats++);
@@ -132,10 +133,10 @@ class Bdpt final : public Integrator {
                  row = filter_.place(path.film.y, 0, full_height, u.y);
       film.add_splat(column.pixel, row.pixel,
                      path.contribution * float(double(column.weight * row.weight) / light_walks), odd,
-                     groups.pass_of(*scene_, walks.light_of(path)));
+                     separates ? groups.pass_of(*scene_, walks.light_of(path)) : -1);
     }
     const bool added = film.add_sample(px, py, radiance + walks.merged() + walks.glow(), walks.alpha(), aux);
-    if (!added || !groups.any()) return;
+    if (!added || !separates) return;
     for (int g = 0; g < int(walks.merged_of_groups().size()); ++g) groups.add(g, walks.merged_of_groups()[size_t(g)]);
     film.add_parts(px, py, groups.parts());
   }

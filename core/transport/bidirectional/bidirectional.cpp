@@ -35,7 +35,8 @@ BidirectionalWalks::BidirectionalWalks(const Scene& scene, double light_walks)
       light_walks_(joins_lens(scene) ? light_walks : 0.0),
       margin_(0.5f * PixelFilter::full_width(scene.settings().filter, scene.settings().filter_width)),
       max_vertices_(max_path_vertices(scene.settings().bounces)),
-      has_subsurface_(scene.has_subsurface()) {
+      has_subsurface_(scene.has_subsurface()),
+      any_limited_(scene.lights().any_limited()) {
   if (has_subsurface_) {
     staying_.resize(size_t(max_vertices_));
     for (const ShaderProgram& program : scene.programs()) enters_after_diffuse_ |= program.enters_after_diffuse();

@@ -151,6 +151,9 @@ class BidirectionalWalks {
   void meet_emitter(int t, const WalkVertex& at, float pdf_direction);
   Color emitted_in_media(const Ray& ray, float t_end, const PathVertex& vertex, Sampler& sampler) const;
   void meet(int t, const PathVertex& light, const PathEdge& edge, Color beta, float pdf_direction);
+  bool is_limited(const PathVertex& light, int bounces) const {
+    return any_limited_ && is_past_bounces(scene_, light, bounces);
+  }
   void find_by_hit(int index);
   void find_by_light_sample(int t, Sampler& sampler);
   void find_by_connection(int s, int t);
@@ -176,7 +179,7 @@ class BidirectionalWalks {
   double light_walks_;
   float margin_;  ///< around the film: half the width of the pixel filter
   int max_vertices_;
-  bool has_subsurface_, enters_after_diffuse_ = false;  ///< of the scene
+  bool has_subsurface_, enters_after_diffuse_ = false, any_limited_;  ///< of the scene
   std::vector<WalkVertex> eye_, light_;
   std::vector<PathVertex> staying_;  ///< of the eye; index: that of the vertex
   int eye_count_ = 0, light_count_ = 0;

@@ -148,7 +148,7 @@ void BidirectionalWalks::find_by_hit(int index) {
       if (j >= 2) d.from_light[j] = k == 0 ? 0.0 : double(eye_[size_t(k)].rev);
       d.joinable[j] = k == 0 || !eye_[size_t(k)].vertex.specular;
     }
-    weight = is_past_bounces(scene_, hit.light, t - 2)
+    weight = is_limited(hit.light, t - 2)
                  ? double(weight_past_bounces(light, end.vertex, hit.edge, end.scattering.pdf_to_light))
                  : d.weight(0, light_walks_);
     // Walks from the eye must not hit lights whose multiple importance sampling is off. The other strategies count such
@@ -167,7 +167,7 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   const Vec2 u = sampler.get_2d();
   PathVertex& light = sampled_lights_[size_t(t)];
   if (!sample_light(scene_, b, sampler.get_1d(), u, light)) return;
-  if (is_past_bounces(scene_, light, t - 2)) return;
+  if (is_limited(light, t - 2)) return;
   if (leaves_out(t, true) && sends_photons(scene_, light)) return;
   PathEdge edge = join(light, b);
   const LightEnd light_side = light_end(scene_, light, b, edge, guide);
@@ -216,7 +216,7 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
   const PathVertex &a = from.vertex, &b = to.vertex;
   if (!a.connectable() || !b.connectable()) return;
   if ((only_strategy >= 0 && only_strategy != s) || leaves_class(t)) return;
-  if (is_past_bounces(scene_, light_[0].vertex, s + t - 3)) return;
+  if (is_limited(light_[0].vertex, s + t - 3)) return;
   PathEdge edge = join(a, b);
   if (!(edge.inverse_square > 0.0f)) return;
   Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
@@ -261,7 +261,7 @@ void BidirectionalWalks::find_by_lens(int s) {
   if (!a.connectable()) return;
   if (only_strategy >= 0 && only_strategy != s) return;
   if (!shows_on_film(a.point)) return;
-  if (is_past_bounces(scene_, light_[0].vertex, s - 2)) return;
+  if (is_limited(light_[0].vertex, s - 2)) return;
   const auto film = scene_.camera().film_of(lens_.point.barycentric, a.position(), time_);
   if (!film || film->x < -margin_ || film->y < -margin_ || film->x > float(scene_.camera().width()) + margin_ ||
       film->y > float(scene_.camera().height()) + margin_)
