@@ -329,8 +329,8 @@ void set_color_spaces(SceneDescription& description, std::string config, std::st
 }
 
 int add_image(SceneDescription& description, const std::string& name, const std::string& path, const py::bytes& packed,
-              const OptionalFloats& pixels, int width, int height, const std::string& color_space,
-              AlphaMode alpha_mode) {
+              const OptionalFloats& pixels, int width, int height, const std::string& color_space, AlphaMode alpha_mode,
+              int size_limit, float resolution) {
   ImageDescription image;
   image.name = name;
   image.path = path;
@@ -346,6 +346,8 @@ int add_image(SceneDescription& description, const std::string& name, const std:
   image.height = height;
   image.color_space = color_space;
   image.alpha_mode = alpha_mode;
+  image.size_limit = size_limit;
+  image.resolution = resolution;
   description.images.push_back(std::move(image));
   return index_of_last(description.images.size());
 }
@@ -583,7 +585,11 @@ void bind_geometry(py::module_& module) {
           },
           "Tuples (number, index of the image) of a tiled image. Empty when the image has another source.")
       .def_readonly("alpha_mode", &ImageDescription::alpha_mode,
-                    "AlphaMode. How the colours and the alpha of the image are related.");
+                    "AlphaMode. How the colours and the alpha of the image are related.")
+      .def_readonly("size_limit", &ImageDescription::size_limit,
+                    "int, texels, >= 0. The maximum of the longer side of the texture; 0 for no limit.")
+      .def_readonly("resolution", &ImageDescription::resolution,
+                    "float, 0 to 1. The maximum fraction of the sides of the image that the texture has.");
 }
 
 void bind_light_world_camera(py::module_& module) {
@@ -710,6 +716,18 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("aperture_ratio", &CameraDescription::aperture_ratio,
                      "float, > 0. The height of the aperture over its width: 2 is an anamorphic lens.")
       .def_readwrite("panorama", &CameraDescription::panorama, "PanoramaDescription. Used when `kind` is Panorama.")
+      .def_property(
+          "stereo",
+          [](const CameraDescription& camera) {
+            const StereoDescription& eye = camera.stereo;
+            return std::array<float, 4>{eye.offset, eye.convergence, eye.merge_from, eye.merge_to};
+          },
+          [](CameraDescription& camera, const std::array<float, 4>& v) {
+            camera.stereo = {v[0], v[1], v[2], v[3]};
+          },
+          "list of 4 floats. Spherical stereoscopy: the offset of the eye to the right of the centre in metres (0: no "
+          "stereoscopy), the distance at which the rays of both eyes meet (0: they are parallel), and the angles from "
+          "the horizon in radians between which both eyes move to the centre (0 and 0: they stay).")
       .def_readwrite("motion", &CameraDescription::motion,
                      "list of lists of 12 floats. `world_from_camera` at evenly spaced times while the shutter is "
                      "open. An empty list means that the camera does not move.")
@@ -864,11 +882,14 @@ void bind_description(py::module_& module) {
           "ValueError for other numbers of values, and IndexError for a mesh that does not exist.")
       .def("add_image", &add_image, py::kw_only(), py::arg("name"), py::arg("path") = "",
            py::arg("packed") = py::bytes(), py::arg("pixels") = py::none(), py::arg("width") = 0, py::arg("height") = 0,
-           py::arg("color_space") = "sRGB", py::arg("alpha_mode") = AlphaMode::Straight,
+           py::arg("color_space") = "sRGB", py::arg("alpha_mode") = AlphaMode::Straight, py::arg("size_limit") = 0,
+           py::arg("resolution") = 1.0f,
            "Add an image and return its index. It has one source. path: a file. packed: the bytes of a file. pixels: "
            "float32[height, width, 4] or flat, RGBA, rows from the bottom up, with width and height in pixels. Raises "
            "ValueError, which names the image, when pixels does not have width * height * 4 numbers. An image that "
-           "cannot be read renders magenta and is reported by name.")
+           "cannot be read renders magenta and is reported by name. The texture is halved until its longer side has at "
+           "most size_limit texels (0: no limit) and its sides at most the fraction `resolution` of those of the "
+           "image.")
       .def("add_tiled_image", &add_tiled_image, py::arg("name"), py::arg("tiles"),
            "Add an image of tiles and return its index. tiles: tuples (number, index of an image without tiles). Tile "
            "1001 + u + 10 v covers the square from (u, v) to (u + 1, v + 1), u being 0 to 9. Places without a tile are "

@@ -25,9 +25,9 @@ except ImportError:
     print(self_check.import_failure, flush=True)
     MODULES: tuple[ModuleType, ...] = (translations, documentation, self_check)   # the self-check reports why the renderer cannot be loaded
 else:
-    from . import checks, denoise, engine, headless, hint_overlay, hints, interrupted, learning, pausing, persistent, photon_overlay, presets, properties, ui, viewport
+    from . import bake, checks, denoise, engine, headless, hint_overlay, hints, interrupted, learning, pausing, persistent, photon_overlay, presets, properties, ui, viewport
 
-    MODULES = (translations, documentation, self_check, properties, engine, interrupted, learning, persistent, viewport, pausing, hints, hint_overlay, photon_overlay, checks, presets, denoise, ui)
+    MODULES = (translations, documentation, self_check, properties, engine, bake, interrupted, learning, persistent, viewport, pausing, hints, hint_overlay, photon_overlay, checks, presets, denoise, ui)
 
 
 def register() -> None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
+from bpy.app.handlers import persistent
 
 from . import compat, messages, plain
 from .ajar_module import ajar
@@ -27,7 +28,9 @@ EMIT, DIFFUSE, GLOSSY, TRANSMISSION, DIRECT, INDIRECT, COLOR = 2, 4, 8, 16, 64, 
 LOBES = {"DIFFUSE": "Diff", "GLOSSY": "Gloss", "TRANSMISSION": "Trans"}
 LOBE_BITS = {"DIFFUSE": DIFFUSE, "GLOSSY": GLOSSY, "TRANSMISSION": TRANSMISSION}
 ALL_LIGHT = EMIT | DIFFUSE | GLOSSY | TRANSMISSION | DIRECT | INDIRECT
-DATA = {"NORMAL": "Normal", "POSITION": "Position", "UV": "UV", "EMIT": "Emit", "AO": "AO", "ROUGHNESS": "Roughness", "ENVIRONMENT": "Env"}
+SHADOW_CATCHER = "Shadow Catcher"   # the exporter then makes the baked object a catcher
+DATA = {"NORMAL": "Normal", "POSITION": "Position", "UV": "UV", "EMIT": "Emit", "AO": "AO", "ROUGHNESS": "Roughness", "ENVIRONMENT": "Env",
+        "SHADOW": SHADOW_CATCHER}
 FAR = 1e6   # metres; nothing is there to hide the world
 OF_FIRST_SAMPLE = {"NORMAL", "POSITION", "UV"}   # passes that keep the first sample of a pixel: it must be the middle of the texel
 
@@ -190,7 +193,39 @@ class Kept:
 
     depsgraph: int   # its address
     passes: list[str]
+    baked: bpy.types.Object   # the original
+    fits_others: bool         # whether the scene is the same when another selected object is baked
     session: ajar.Session
+
+
+class _Shared:
+    """What the objects of one bake share. Blender tells the beginning and the end of a bake only if it was started in the interface."""
+
+    is_known = False
+    kept: Kept | None = None
+
+
+@persistent
+def _begin(*_unused: object) -> None:
+    _Shared.is_known, _Shared.kept = True, None
+
+
+@persistent
+def _end(*_unused: object) -> None:
+    _Shared.is_known, _Shared.kept = False, None
+
+
+HANDLERS = {"object_bake_pre": _begin, "object_bake_complete": _end, "object_bake_cancel": _end}
+
+
+def _fits_others(depsgraph: bpy.types.Depsgraph, kind: str) -> bool:
+    """Whether the selected objects can be baked to the active one in the same scene. A baked object is not displaced, and catches its shadow."""
+    materials = [slot.material for thing in depsgraph.view_layer.objects if thing.select_get() for slot in thing.material_slots if slot.material is not None]
+    return kind != "SHADOW" and not any(_displaces(material) for material in materials)
+
+
+def _displaces(material: bpy.types.Material) -> bool:
+    return material.node_tree is not None and any(node.type == "OUTPUT_MATERIAL" and node.inputs["Displacement"].is_linked for node in material.node_tree.nodes)
 
 
 def bake(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, thing: bpy.types.Object, kind: str, bits: int, width: int, height: int) -> None:
@@ -219,24 +254,26 @@ def bake(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, thing: 
 
 def _start(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, thing: bpy.types.Object, kind: str, passes: list[str],
            image: tuple[Texels, int, int]) -> ajar.Session:
-    """A session that renders the texels. The scene is exported and built for the first image of an object only."""
+    """A session that renders the texels. The scene is exported and built for the first image of an object only, or of all selected objects."""
     scene = depsgraph.scene_eval
     from_camera = scene.render.bake.view_from == "ACTIVE_CAMERA" and scene.camera is not None
     surface = surface_of(thing)
     eye = directions_to_eye(surface, scene.camera if from_camera else None)
     if kind == "ENVIRONMENT":
         surface, eye = of_world(surface)
-    kept, texels, width, height = engine.baked, *image
-    is_known = kept is not None and kept.depsgraph == depsgraph.as_pointer() and kept.passes == passes
+    kept, (texels, width, height) = _Shared.kept if _Shared.is_known else engine.baked, image
+    is_known = kept is not None and (kept.depsgraph, kept.passes) == (depsgraph.as_pointer(), passes) and (kept.baked == thing.original or kept.fits_others)
     exported = _export(engine, depsgraph, passes, thing, is_known)
     description = exported.description
     see(description.camera, description.settings, thing.name, texels, surface, eye, width, height)
-    if is_known:
+    if is_known and kept is not None:
         kept.session.change_view(description.camera, description.settings)
         return kept.session
     session = ajar.Session()
     session.start(description)
-    engine.baked = Kept(depsgraph.as_pointer(), passes, session)
+    engine.baked = Kept(depsgraph.as_pointer(), passes, thing.original, _fits_others(depsgraph, kind), session)
+    if _Shared.is_known:
+        _Shared.kept = engine.baked
     return session
 
 
@@ -267,3 +304,13 @@ def _follow(engine: bpy.types.RenderEngine, session: ajar.Session) -> bool:
     if error := session.take_error():
         raise CannotBake(error)
     return True
+
+
+def register() -> None:
+    for name, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def unregister() -> None:
+    for name, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, name).remove(handler)

@@ -17,6 +17,7 @@ _CYCLES_ENUMS = {
     "motion_blur_position": ("START", "CENTER", "END"),
     "rolling_shutter_type": ("NONE", "TOP"),
     "shape": ("RIBBONS", "THICK", "THICK_LINEAR"),
+    **dict.fromkeys(("texture_limit", "texture_limit_render"), ("OFF", "128", "256", "512", "1024", "2048", "4096", "8192")),
     "displacement_method": ("BUMP", "DISPLACEMENT", "BOTH"),
     "feature_set": ("SUPPORTED", "EXPERIMENTAL"),
     "panorama_type": ("EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID", "MIRRORBALL", "FISHEYE_LENS_POLYNOMIAL",
@@ -74,6 +75,11 @@ def displacement_owner(material: bpy.types.Material) -> bpy.types.bpy_struct:
 def transparency_owner(material: bpy.types.Material) -> bpy.types.bpy_struct:
     """The owner of Transparent Shadows: the material itself since 4.2."""
     return material if hasattr(material, "use_transparent_shadow") else material.ajar
+
+
+def has_texture_resolution() -> bool:
+    """Whether Cycles has Texture Resolution (since 5.2)."""
+    return bpy.app.version >= (5, 2)
 
 
 def has_bump_correction() -> bool:

@@ -43,10 +43,11 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     bl_use_preview = True
     bl_use_eevee_viewport = True         # Material Preview is drawn by Eevee
     bl_use_postprocess = True
+    bl_use_spherical_stereo = True
     bl_use_shading_nodes_custom = False  # otherwise Blender hides its standard shader nodes
 
     viewport: viewport.Viewport | None = None   # Blender keeps an engine object for each 3D view
-    baked: bake.Kept | None = None   # Blender keeps an engine object for the images of a bake
+    baked: bake.Kept | None = None   # Blender keeps an engine object for the images of an object
     baked_images = 0
     watched = False
     _next_words = 0.0
@@ -116,7 +117,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     def _eye(self) -> Eye:
         """Where the active view sees from."""
         return Eye(lambda camera: self.camera_model_matrix(camera, use_spherical_stereo=self.use_spherical_stereo(camera)),
-                   lambda camera: self.camera_shift_x(camera, use_spherical_stereo=self.use_spherical_stereo(camera)), self.use_spherical_stereo)
+                   lambda camera: self.camera_shift_x(camera, use_spherical_stereo=self.use_spherical_stereo(camera)), self.use_spherical_stereo,
+                   {"left": -0.5, "right": 0.5}.get(self._view, 0.0))
 
     def _render(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, is_cancelled, eye: Eye) -> None:
         started = time.monotonic()

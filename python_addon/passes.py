@@ -46,6 +46,7 @@ OWN = {  # property of Ajar's settings -> pass
     "use_pass_volume_indirect": Pass("VolumeInd", "RGB", "COLOR"),
     "use_pass_shadow_catcher": Pass("Shadow Catcher", "RGB", "COLOR"),
     "use_pass_sample_count": Pass("Sample Count", "X", "VALUE"),
+    "use_pass_render_time": Pass("Render Time", "X", "VALUE"),
     "use_pass_variance": Pass("Variance", "X", "VALUE"),
     "use_pass_error": Pass("Error", "X", "VALUE"),
     "use_pass_perceptual_error": Pass("Perceptual Error", "X", "VALUE"),

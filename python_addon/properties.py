@@ -55,6 +55,11 @@ def _set_use_cycles_settings(settings: bpy.types.PropertyGroup, value: bool) -> 
     settings["use_cycles_settings_"] = value
 
 
+TEXTURE_LIMITS = [("OFF", "No Limit", "Textures keep the size of their images", 0),
+                  *((str(size), str(size), "Larger images are halved until they have no more texels along a side", number) for number, size in
+                    enumerate((128, 256, 512, 1024, 2048, 4096, 8192), 1))]
+
+
 class AjarSceneSettings(bpy.types.PropertyGroup):
     use_cycles_settings: bpy.props.BoolProperty(
         name="Use Cycles' Settings", description="Settings that were not changed in Ajar have the value that the scene has for Cycles. They are shown in grey",
@@ -135,6 +140,13 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     use_distance_cull: inherited.boolean("use_distance_cull", "Distance Cull", "Leave out objects far from the camera, if they allow it", False, "use_distance_cull")
     distance_cull_margin: inherited.number("distance_cull_margin", "Distance", "Distance from the camera beyond which objects are left out", 50.0,
                                            "distance_cull_margin", 0.0, 1e9, subtype="DISTANCE")
+    texture_limit: inherited.enum("texture_limit", "Viewport Limit", "Most texels along the longer side of a texture, in the rendered 3D view", "OFF", "texture_limit", TEXTURE_LIMITS)
+    texture_limit_render: inherited.enum("texture_limit_render", "Render Limit", "Most texels along the longer side of a texture, in final renders", "OFF",
+                                         "texture_limit_render", TEXTURE_LIMITS)
+    texture_resolution: inherited.number("texture_resolution", "Viewport Resolution", "Part of the sides of images that textures keep in the rendered 3D view, rounded down "
+                                         "to a half, a quarter and so on", 1.0, "texture_resolution", 1e-5, 1.0)
+    texture_resolution_render: inherited.number("texture_resolution_render", "Render Resolution", "Part of the sides of images that textures keep in final renders, rounded "
+                                                "down to a half, a quarter and so on", 1.0, "texture_resolution_render", 1e-5, 1.0)
     curve_shape: inherited.enum(
         "curve_shape", "Shape", "How hair and curves are shown", "RIBBONS", "shape", CURVE_SHAPES, group="cycles_curves")
     curve_subdivisions: inherited.integer("curve_subdivisions", "Curve Subdivisions", "Subdivisions of each segment of a ribbon", 2, "subdivisions", 0, 24,
@@ -204,8 +216,9 @@ class AjarViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_shadow_catcher: inherited.boolean("use_pass_shadow_catcher", "Shadow Catcher", "Light of shadow catchers relative to their light without other objects",
                                                False, "use_pass_shadow_catcher")
     use_pass_sample_count: bpy.props.BoolProperty(name="Sample Count", description="Samples that each pixel received")
+    use_pass_render_time: inherited.boolean("use_pass_render_time", "Render Time", "Time that a processor core has spent on each pixel, in milliseconds", False, "pass_render_time")
     use_pass_denoising: bpy.props.BoolProperty(
-        name="Denoising Data", description="Albedo, normal and depth for a denoiser: those of the first rough surface, seen through mirrors and glass")
+        name="Denoising Data", description="Albedo, normal and depth for a denoiser: those of the first rough surface or volume, seen through mirrors and glass")
     use_pass_denoising_error: bpy.props.BoolProperty(
         name="Denoising Error", description="Estimated error of the denoised picture, relative to its brightness: where not to trust it. Needs Denoise")
     use_pass_variance: bpy.props.BoolProperty(name="Variance", description="Estimated variance of each pixel's mean")

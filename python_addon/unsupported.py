@@ -26,14 +26,8 @@ class Setting:
         return report(self.text, **self.values)
 
 
-def _simplifies(scene: bpy.types.Scene) -> bool:
-    return scene.render.use_simplify
-
-
 SCENE = (
     Setting("cycles.use_fast_gi", False, "Fast GI Approximation is not supported: all bounces are followed"),
-    Setting("cycles.texture_limit_render", "OFF", "Texture Limit is not supported: textures keep their size", _simplifies),
-    Setting("cycles.texture_resolution_render", 1.0, "Texture Resolution is not supported: textures keep their size", _simplifies),
     Setting("cycles.sample_offset", 0, "Sample Offset is not supported: choose another seed instead"),
     Setting("cycles.use_sample_subset", False, "Sample Subset is not supported: choose another seed instead"),
 )
@@ -42,7 +36,6 @@ VIEW_LAYER = (
         ("shadow", "Shadow"), ("subsurface_direct", "Subsurface Direct"),
         ("subsurface_indirect", "Subsurface Indirect"), ("subsurface_color", "Subsurface Color"), ("grease_pencil", "Grease Pencil"))),
     *(Setting(f"cycles.use_pass_volume_{name}", False, "the pass {name} is not supported", values={"name": f"Volume {name.title()}"}) for name in ("scatter", "transmit", "majorant")),
-    Setting("cycles.pass_render_time", False, "the pass Render Time is not supported"),
 )
 OBJECT = (
     Setting("cycles.shadow_terminator_offset", 0.0, "its Shadow Terminator Shading Offset is not supported and is ignored", lambda thing: not hasattr(thing, "shadow_terminator_shading_offset")),

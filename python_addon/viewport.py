@@ -21,7 +21,7 @@ from bpy.app.handlers import persistent
 
 from . import denoise, graph, hints, pausing, photon_overlay, view
 from .ajar_module import ajar
-from .export import ExportContext, KnownObjects, MeshCache, OutOfDate, export_contents, settings
+from .export import ExportContext, KnownObjects, MeshCache, OutOfDate, culling, export_contents, settings
 from .headless import Options
 
 POLL_SECONDS = 0.01
@@ -78,14 +78,15 @@ class Viewport:
             self.known.forget()
         self.meshes.forget(depsgraph)
         is_hidden = _hidden_in(context.space_data)
-        revisions = self.known.changed(depsgraph) if is_hidden is None else None
+        culls = view.of(context.region, context.region_data, context.space_data, depsgraph) if culling.is_wanted(depsgraph.scene) else None
+        revisions = self.known.changed(depsgraph) if is_hidden is None and culls is None else None
         if revisions is not None:
             try:
                 description = self._export(depsgraph, None, revisions)
             except (OutOfDate, ReferenceError):
                 revisions = None
         if revisions is None:
-            description = self._export(depsgraph, is_hidden, None)
+            description = self._export(depsgraph, is_hidden, None, culls)
         wanted = _for_view(description.settings, depsgraph.scene)
         denoises = depsgraph.scene.ajar.use_viewport_denoise and denoise.is_available()
         is_switched = denoises != self._denoises
@@ -99,16 +100,19 @@ class Viewport:
             self._wanted_view = self._wanted_view or self.view
         self._proceed()
 
-    def _export(self, depsgraph: bpy.types.Depsgraph, is_hidden, revisions: list[bpy.types.Object] | None) -> ajar.SceneDescription:
-        """Export the scene. With `revisions`, only these objects are exported again."""
+    def _export(self, depsgraph: bpy.types.Depsgraph, is_hidden, revisions: list[bpy.types.Object] | None, culls: view.View | None = None) -> ajar.SceneDescription:
+        """Export the scene. With `revisions`, only these objects are exported again. `culls`: the view whose camera leaves out objects."""
         exported = ExportContext(depsgraph, lambda: False, lambda step: None, self.meshes, is_hidden)
-        exported.known, exported.revisions = self.known, revisions
+        exported.known, exported.revisions, exported.is_view = self.known, revisions, True
+        if culls is not None:
+            exported.description.camera = culls.camera()
         settings.export(exported, Options(), ["Combined"])
         if revisions is None:
             self.meshes.begin()
         export_contents(exported)
         if revisions is None:
             self.meshes.finish()
+        exported.description.camera = ajar.CameraDescription()   # that of the image is set when it is rendered
         return exported.description
 
     def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import random
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -1731,6 +1732,69 @@ film("filter_gaussian", "Gaussian filter of 3 pixels", cycles__pixel_filter_type
 film("filter_blackman", "Blackman-Harris filter of 4 pixels", cycles__pixel_filter_type="BLACKMAN_HARRIS", cycles__filter_width=4.0)
 film("bounce_limits", "one diffuse bounce", cycles__diffuse_bounces=1, cycles__max_bounces=2)
 film("pixel_aspect", "pixels twice as wide as high", render__pixel_aspect_x=2.0)
+
+
+
+@feature("film", "texture_limit", "images of 300 x 200 texels that Simplify limits to 128")
+def _(stage):
+    limited_textures(stage, texture_limit_render="128")
+
+
+@feature("film", "texture_resolution_alone", "images of 300 x 200 texels with a texture resolution of 30 %, in Blenders that have it")
+def _(stage):
+    limited_textures(stage, texture_resolution_render=0.3)
+
+
+@feature("film", "texture_resolution", "images of 300 x 200 texels with a texture resolution of 50 %, and a limit of 128, in Blenders that have it")
+def _(stage):
+    limited_textures(stage, texture_resolution_render=0.5, texture_limit_render="128")
+
+
+def limited_textures(stage, **settings):
+    """Coarse coloured noise on the ball and on the floor."""
+    stage.sun()
+    stage.scene.render.use_simplify = True
+    for name, value in settings.items():
+        if hasattr(stage.scene.cycles, name):
+            setattr(stage.scene.cycles, name, value)
+        else:
+            stage.scene["cycles"][name] = value   # a newer Blender reads it
+    rng = random.Random(7)
+    coarse = [[(rng.random(), rng.random(), rng.random(), 1.0) for _ in range(60)] for _ in range(40)]
+    pixels = [channel for y in range(200) for x in range(300) for channel in coarse[y // 5][x // 5]]
+    for thing, name in ((stage.ball, "Ball"), (stage.floor, "Floor")):
+        made = tools.diffuse(name, GREY)
+        stage.material([thing], made)
+        node, tree = tools.shader_of(made), made.node_tree
+        picture, place = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeTexCoord")
+        picture.image = tools.packed_image(name, 300, 200, pixels)
+        picture.interpolation = "Closest" if name == "Floor" else "Linear"
+        tree.links.new(place.outputs["Generated"], picture.inputs["Vector"])
+        tree.links.new(picture.outputs["Color"], node.inputs["Color"])
+
+
+def spherical(name: str, what: str, stereo: dict, **camera) -> None:
+    """Both eyes beside each other. The camera looks up a little, so that its axes are not those of the world."""
+    def change(stage):
+        stage.sun()
+        render, thing = stage.scene.render, stage.camera
+        render.use_multiview, render.views_format = True, "STEREO_3D"
+        render.image_settings.views_format = "STEREO_3D"
+        render.image_settings.stereo_3d_format.display_mode = "SIDEBYSIDE"
+        thing.location, thing.rotation_euler = (0.1, -1.4, 0.9), (math.radians(80), math.radians(15), 0)
+        thing.data.stereo.use_spherical_stereo, thing.data.stereo.interocular_distance = True, 0.3
+        for key, value in stereo.items():
+            setattr(thing.data.stereo, key, value)
+        for key, value in camera.items():
+            setattr(thing.data.cycles if key == "panorama_type" else thing.data, key, value)
+    add("camera", name, what, change)
+
+
+spherical("stereo_panorama", "spherical stereo of a panorama whose eyes converge at 2 m and merge towards the poles",
+          {"convergence_mode": "OFFAXIS", "convergence_distance": 2.0, "use_pole_merge": True, "pole_merge_angle_from": math.radians(20), "pole_merge_angle_to": math.radians(50)},
+          type="PANO", panorama_type="EQUIRECTANGULAR")
+spherical("stereo_parallel", "spherical stereo of a panorama with parallel rays", {"convergence_mode": "PARALLEL"}, type="PANO", panorama_type="EQUIRECTANGULAR")
+spherical("stereo_perspective", "spherical stereo of a perspective camera", {"convergence_mode": "TOE", "convergence_distance": 1.5}, lens=20)
 
 
 def main() -> None:

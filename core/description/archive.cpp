@@ -14,7 +14,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'L'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'M'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -203,6 +203,7 @@ template <class A>
 void fields(A& a, ImageDescription& v) {
   all(a, v.name, v.path, v.packed, v.pixels, v.width, v.height, v.color_space, v.alpha_mode);
   if (a.has('E')) visit(a, v.tiles);
+  if (a.has('M')) all(a, v.size_limit, v.resolution);
 }
 template <class A>
 void fields(A& a, ColorDescription& v) {
@@ -287,6 +288,10 @@ void fields(A& a, PanoramaDescription& v) {
   all(a, v.kind, v.limits, v.fisheye_fov, v.fisheye_lens, v.sensor, v.polynomial);
 }
 template <class A>
+void fields(A& a, StereoDescription& v) {
+  all(a, v.offset, v.convergence, v.merge_from, v.merge_to);
+}
+template <class A>
 void fields(A& a, CameraDescription& v) {
   all(a, v.name, v.present, v.kind, v.world_from_camera, v.screen_window, v.clip_start, v.clip_end, v.aperture_radius,
       v.focus_distance, v.blades, v.blade_rotation, v.aperture_ratio);
@@ -294,6 +299,7 @@ void fields(A& a, CameraDescription& v) {
   if (a.has('6')) all(a, v.motion, v.shutter);
   if (a.has('K')) visit(a, v.frames);
   if (a.has('L')) all(a, v.window_motion, v.row_exposure);
+  if (a.has('M')) visit(a, v.stereo);
 }
 template <class A>
 void fields(A& a, DicingDescription& v) {

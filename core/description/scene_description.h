@@ -101,6 +101,10 @@ struct ImageDescription {
   std::string color_space = "sRGB";
   AlphaMode alpha_mode = AlphaMode::Straight;
   std::vector<ImageTile> tiles;
+  /// The texture is halved until its longer side has at most this number of texels; 0: no limit.
+  int size_limit = 0;
+  /// The texture has at most this fraction of the sides of the image: 1, 1/2, 1/4 and so on.
+  float resolution = 1.0f;
 };
 
 /// The meaning of the names of colour spaces, and of all colours in the scene.
@@ -378,6 +382,15 @@ struct Texel {
 
 /// The camera looks along its local -z with +y up. With CameraKind::Texels, its transform and screen_window only give
 /// nodes a camera: an orthographic one, whose pixels are as wide as the texels.
+/// Spherical stereoscopy: each ray starts at the eye, beside the camera and perpendicular to the ray.
+struct StereoDescription {
+  float offset = 0.0f;       ///< of the eye to the right of the centre, in metres; 0: no stereoscopy
+  float convergence = 0.0f;  ///< distance at which the rays of both eyes meet; 0: they are parallel
+  /// Angles above and below the horizon, in radians, between which both eyes move to the centre; `merge_to` 0: they stay.
+  float merge_from = 0.0f, merge_to = 0.0f;
+  bool operator==(const StereoDescription&) const = default;
+};
+
 struct CameraDescription {
   std::string name;
   bool present = false;
@@ -403,6 +416,7 @@ struct CameraDescription {
   /// Rolling shutter: the part of the shutter interval while which one row of pixels is exposed. The top row begins
   /// first, and the bottom row ends last. 1: all rows are exposed together.
   float row_exposure = 1.0f;
+  StereoDescription stereo;
   bool operator==(const CameraDescription&) const = default;
 };
 

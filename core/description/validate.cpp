@@ -338,6 +338,9 @@ void validate_camera(const CameraDescription& camera) {
   if (!std::all_of(std::begin(lens), std::end(lens), [](float x) { return std::isfinite(x); }) ||
       (camera.aperture_radius > 0.0f && !(camera.aperture_ratio > 0.0f)))
     throw SceneError("Camera '" + camera.name + "' has an invalid aperture.");
+  const StereoDescription& eye = camera.stereo;
+  if (!std::isfinite(eye.offset + eye.convergence + eye.merge_from + eye.merge_to))
+    throw SceneError("Camera '" + camera.name + "' has an invalid stereoscopy.");
   if (!(camera.clip_end > camera.clip_start))
     throw SceneError("Camera '" + camera.name + "': Clip End must be greater than Clip Start.");
 }

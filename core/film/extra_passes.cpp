@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kMattes[] = {"CryptoObject", "CryptoMaterial", "CryptoAsset"};
 constexpr int kSpareRanks = 4;  ///< of a table, beyond those that its passes show
-constexpr std::string_view kMotion = "Vector", kOcclusion = "AO", kRoughness = "Roughness";
+constexpr std::string_view kMotion = "Vector", kOcclusion = "AO", kRoughness = "Roughness", kTime = "Render Time";
 
 bool by_weight(const std::pair<float, double>& a, const std::pair<float, double>& b) {
   // The order of equal coverages must not depend on the order of the samples.
@@ -69,6 +69,7 @@ ExtraPasses::ExtraPasses(const std::vector<std::string>& passes, size_t pixels) 
     if (pass == kMotion) motion_.resize(pixels, glm::dvec4(0.0)), motion_count_.resize(pixels);
     if (pass == kOcclusion) occlusion_.resize(pixels);
     if (pass == kRoughness) roughness_.resize(pixels);
+    if (pass == kTime) seconds_.resize(pixels);
   }
   aovs_.resize(pixels * aov_passes_.size(), Vec4(0.0f));
   group_light_.resize(pixels * groups_.size(), glm::dvec3(0.0));
@@ -81,7 +82,7 @@ uint64_t ExtraPasses::bytes_per_pixel(const std::vector<std::string>& passes) {
     if (aov_pass(pass)) bytes += sizeof(Vec4);
     if (!light_group_of(pass).empty()) bytes += sizeof(glm::dvec3);
     if (pass == kMotion) bytes += sizeof(glm::dvec4) + sizeof(float);
-    if (pass == kOcclusion || pass == kRoughness) bytes += sizeof(double);
+    if (pass == kOcclusion || pass == kRoughness || pass == kTime) bytes += sizeof(double);
   }
   return bytes;
 }
@@ -89,7 +90,7 @@ uint64_t ExtraPasses::bytes_per_pixel(const std::vector<std::string>& passes) {
 uint64_t ExtraPasses::memory_bytes() const {
   uint64_t bytes = aovs_.size() * sizeof(Vec4) + group_light_.size() * sizeof(glm::dvec3) +
                    motion_.size() * (sizeof(glm::dvec4) + sizeof(float)) +
-                   (occlusion_.size() + roughness_.size()) * sizeof(double);
+                   (occlusion_.size() + roughness_.size() + seconds_.size()) * sizeof(double);
   for (const Table& table : tables_) bytes += table.all.size() * sizeof(Rank);
   return bytes;
 }
@@ -107,6 +108,7 @@ void ExtraPasses::begin(SampleExtras& extras, uint32_t pixel, uint32_t index) co
   extras.motion = Vec4(0.0f);
   extras.has_motion = false;
   extras.occlusion = extras.roughness = 0.0f;
+  if (!seconds_.empty()) extras.begin = std::chrono::steady_clock::now();
 }
 
 void ExtraPasses::add_to(Table& table, size_t pixel, float id, float weight) {
@@ -125,6 +127,8 @@ void ExtraPasses::add_to(Table& table, size_t pixel, float id, float weight) {
 }
 
 void ExtraPasses::add(size_t pixel, const SampleExtras& extras) {
+  if (!seconds_.empty())
+    seconds_[pixel] += std::chrono::duration<double>(std::chrono::steady_clock::now() - extras.begin).count();
   for (const MatteSample& sample : extras.mattes)
     for (size_t kind = 0; kind < tables_.size(); ++kind)
       if (tables_[kind].ranks > 0 && sample.weight > 0.0f && std::isfinite(sample.weight))
@@ -145,7 +149,7 @@ void ExtraPasses::add_groups(size_t pixel, const std::vector<Color>& light) {
 
 bool ExtraPasses::makes(const std::string& pass) {
   return matte_pass(pass) || aov_pass(pass) || !light_group_of(pass).empty() || pass == kMotion || pass == kOcclusion ||
-         pass == kRoughness;
+         pass == kRoughness || pass == kTime;
 }
 
 void ExtraPasses::resolve(const std::string& pass, size_t pixel, double count, float exposure, float* out) const {
@@ -180,6 +184,8 @@ void ExtraPasses::resolve(const std::string& pass, size_t pixel, double count, f
     for (int c = 0; c < 3 && !occlusion_.empty(); ++c) out[c] = float(occlusion_[pixel] * scale);
   } else if (pass == kRoughness) {
     if (!roughness_.empty()) out[0] = float(roughness_[pixel] * scale);
+  } else if (pass == kTime) {
+    if (!seconds_.empty()) out[0] = float(1e3 * seconds_[pixel]);  // of all samples, in milliseconds, as in Cycles
   }
 }
 

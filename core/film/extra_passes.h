@@ -1,5 +1,5 @@
 // Passes that are accumulated in tables of their own, only if they are asked for: Cryptomatte, AOVs, light groups, motion
-// vectors, ambient occlusion and roughness.
+// vectors, ambient occlusion, roughness and the time of samples.
 //
 // Cryptomatte 1.2 (Friedman and Jones 2015): a matte is identified by a 32-bit hash of its name, stored as a float. The
 // pass has, for each pixel, the ids with the largest coverage and their coverages. A pixel has a table of some more ids
@@ -9,6 +9,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -51,6 +52,7 @@ struct MatteSample {
 /// Values of one sample for these passes.
 struct SampleExtras {
   bool wants_mattes = false, wants_motion = false, wants_occlusion = false, wants_roughness = false;
+  std::chrono::steady_clock::time_point begin;       ///< of the sample, for the pass Render Time
   const std::vector<AovPass>* aov_passes = nullptr;  ///< null: none
   uint32_t pixel = 0, index = 0;                     ///< the number of the pixel and of its sample
   std::vector<MatteSample> mattes;
@@ -69,7 +71,8 @@ class ExtraPasses {
   uint64_t memory_bytes() const;
   /// Whether any of them is made from SampleExtras.
   bool wanted() const {
-    return any_mattes_ || !aov_passes_.empty() || !motion_.empty() || !occlusion_.empty() || !roughness_.empty();
+    return any_mattes_ || !aov_passes_.empty() || !motion_.empty() || !occlusion_.empty() || !roughness_.empty() ||
+           !seconds_.empty();
   }
   /// The light groups whose passes are asked for, in the order in which add_groups expects their light.
   const std::vector<std::string>& groups() const { return groups_; }
@@ -100,7 +103,7 @@ class ExtraPasses {
   std::vector<glm::dvec3> group_light_;
   std::vector<glm::dvec4> motion_;
   std::vector<float> motion_count_;
-  std::vector<double> occlusion_, roughness_;
+  std::vector<double> occlusion_, roughness_, seconds_;
 };
 
 /// The passes of one matte of two renders, merged by the ids of their ranks. Two ranks of a pixel are four floats in a

@@ -28,6 +28,16 @@ bool is_aux_pass(const std::string& pass) {
          pass == "Position" || pass == "UV" || pass == "Albedo" || is_guide_pass(pass) || pass.starts_with("Share ");
 }
 
+constexpr std::array kShares{"Share BSDF",   "Share Light 1", "Share Light 2", "Share Cone",
+                             "Share Lobe 1", "Share Lobe 2",  "Share Lobe 3"};
+
+/// -1: it is not in the list.
+template <class List>
+int index_of_name(const List& names, const std::string& name) {
+  const auto found = std::find(std::begin(names), std::end(names), name);
+  return found == std::end(names) ? -1 : int(found - std::begin(names));
+}
+
 std::string names_of(const std::vector<PassInfo>& passes) {
   std::string names;
   for (const PassInfo& info : passes) {
@@ -79,6 +89,7 @@ const std::vector<PassInfo>& known_passes() {
                                             {"Vector", 4},
                                             {"AO", 3},
                                             {"Roughness", 1},
+                                            {"Render Time", 1},
                                             {"Sample Count", 1},
                                             {"Halves", 6},
                                             {"Shadow Catcher", 3},
@@ -119,17 +130,20 @@ uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool spla
   const bool aux = std::any_of(passes.begin(), passes.end(), is_aux_pass),
              guides = std::any_of(passes.begin(), passes.end(), is_guide_pass),
              parts = std::any_of(passes.begin(), passes.end(), is_part_pass);
+  const auto groups = size_t(std::count_if(passes.begin(), passes.end(),
+                                           [](const std::string& pass) { return !light_group_of(pass).empty(); }));
   return sizeof(Pixel) + (aux ? sizeof(AuxPixel) : 0) + (guides ? sizeof(GuidePixel) : 0) +
          (parts ? sizeof(PartsPixel) : 0) + ExtraPasses::bytes_per_pixel(passes) + kMaxRemembered * 3 * sizeof(float) +
-         (splats ? sizeof(SplatPixel) + std::tuple_size_v<decltype(pending_)> * sizeof(PendingPixel) : 0);
+         (splats ? (1 + groups) * (sizeof(SplatPixel) + std::tuple_size_v<decltype(pending_)> * sizeof(PendingPixel))
+                 : 0);
 }
 
 uint64_t Film::memory_bytes() const {
   uint64_t bytes = pixels_.size() * sizeof(Pixel) + aux_.size() * sizeof(AuxPixel) +
                    guides_.size() * sizeof(GuidePixel) + parts_.size() * sizeof(PartsPixel) +
                    goals_.size() * sizeof(uint32_t) + caught_.memory_bytes() + extra_.memory_bytes() + lost_bytes();
-  if (splats_) bytes += pixels_.size() * sizeof(SplatPixel);
-  for (const PendingSplats& pending : pending_) bytes += pending.pixels ? pixels_.size() * sizeof(PendingPixel) : 0;
+  if (splats_) bytes += splat_count() * sizeof(SplatPixel);
+  for (const PendingSplats& pending : pending_) bytes += pending.pixels ? splat_count() * sizeof(PendingPixel) : 0;
   for (const Remembered& one : remembered_)
     for (const std::vector<float>& channel : one.image) bytes += channel.size() * sizeof(float);
   return bytes;
@@ -227,14 +241,14 @@ void Film::set_goals(std::vector<uint32_t> goals) {
 
 void Film::enable_splats() {
   static_assert(std::size(kSplatRanges) == std::tuple_size_v<decltype(pending_)>);
-  if (!splats_) splats_ = std::make_unique<SplatPixel[]>(pixels_.size());
+  if (!splats_) splats_ = std::make_unique<SplatPixel[]>(splat_count());
 }
 
 Film::PendingSplats& Film::pending_of(float largest, double& units) {
   const size_t range = largest < kSplatRanges[1].below ? (largest < kSplatRanges[0].below ? 0 : 1) : 2;
   units = kSplatRanges[range].units;
   PendingSplats& splats = pending_[range];
-  std::call_once(splats.made, [&] { splats.pixels = std::make_unique<PendingPixel[]>(pixels_.size()); });
+  std::call_once(splats.made, [&] { splats.pixels = std::make_unique<PendingPixel[]>(splat_count()); });
   return splats;
 }
 
@@ -250,7 +264,7 @@ void Film::carry(PendingSplats& splats, size_t index, bool odd, int channel) {
   splats.carried[(2 * index + odd) * 3 + size_t(channel)] += part / kCarried;
 }
 
-void Film::add_splat(int x, int y, Color value, bool odd) {
+void Film::add_splat(int x, int y, Color value, bool odd, int group) {
   if (x < x0_ || x >= x1_ || y < y0_ || y >= y1_) return;
   const float largest = max_component(glm::abs(value));
   if (!(largest < std::end(kSplatRanges)[-1].below)) {
@@ -258,9 +272,14 @@ void Film::add_splat(int x, int y, Color value, bool odd) {
     return;
   }
   if (largest == 0.0f) return;
+  const size_t index = index_of(x, y);
+  add_splat_at(index, value, largest, odd);
+  if (group >= 0) add_splat_at(index + pixels_.size() * size_t(group + 1), value, largest, odd);
+}
+
+void Film::add_splat_at(size_t index, Color value, float largest, bool odd) {
   double units;
   PendingSplats& splats = pending_of(largest, units);
-  const size_t index = index_of(x, y);
   for (int c = 0; c < 3; ++c) {
     const int64_t before = splats.pixels[index].sum[odd][c].fetch_add(std::llrint(double(value[c]) * units),
                                                                       std::memory_order_relaxed);
@@ -273,7 +292,7 @@ void Film::end_splats(double scale) {
   for (size_t range = 0; range < pending_.size(); ++range) {
     PendingSplats& pending = pending_[range];
     if (!pending.pixels) continue;
-    for (size_t i = 0; i < pixels_.size(); ++i)
+    for (size_t i = 0; i < splat_count(); ++i)
       for (int half = 0; half < 2; ++half)
         for (int c = 0; c < 3; ++c) {
           // Round only the total: how much of it was carried depends on the threads.
@@ -337,13 +356,11 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
       (is_part_pass(pass) && parts_.empty()))
     return out;
   const bool is_extra = ExtraPasses::makes(pass);
+  const int group = index_of_name(light_groups(), light_group_of(pass));
   const size_t kind = pass.starts_with("Diff") ? 0 : pass.starts_with("Gloss") ? 1 : 2;
   std::vector<float> variance;
   if (pass == "Variance" || pass == "Error" || pass == "Perceptual Error") variance = variance_of_mean();
-  constexpr std::array kShares{"Share BSDF",   "Share Light 1", "Share Light 2", "Share Cone",
-                               "Share Lobe 1", "Share Lobe 2",  "Share Lobe 3"};
-  const auto share_of_pass = std::find(kShares.begin(), kShares.end(), pass);
-  const int share = share_of_pass == kShares.end() ? -1 : int(share_of_pass - kShares.begin());
+  const int share = index_of_name(kShares, pass);
   for (size_t i = 0; i < pixels_.size(); ++i) {
     const Pixel& p = pixels_[i];
     if (p.count == 0 && !splats_) continue;
@@ -351,6 +368,8 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
     float* o = out.data() + i * channels;
     if (is_extra) {
       extra_.resolve(pass, i, double(p.count), exposure, o);
+      for (int c = 0; c < 3 && group >= 0; ++c)
+        o[c] += float(splatted(i + pixels_.size() * size_t(group + 1), c) * double(exposure));
     } else if (pass == "Combined") {
       for (int c = 0; c < 3; ++c) o[c] = float((p.sum[c] * scale + splatted(i, c)) * double(exposure));
       o[3] = float(p.sum_alpha * scale);

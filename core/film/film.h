@@ -127,8 +127,9 @@ class Film {
   /// Allocates memory for splats. Must be called before the first splat.
   void enable_splats();
   /// Adds a splat to pixel (x, y) of the full frame, from any thread; splats outside the region are ignored. `odd`
-  /// selects one of two independent halves of all splats, for the estimate of the error.
-  void add_splat(int x, int y, Color value, bool odd);
+  /// selects one of two independent halves of all splats, for the estimate of the error. `group`: index in
+  /// light_groups() of the light group whose light it is; -1: of none.
+  void add_splat(int x, int y, Color value, bool odd, int group = -1);
   /// Called between iterations: adds the splats since the last call to the image. `scale` is the factor of the sum of
   /// all splats so far, such as one over the number of light paths per pixel.
   void end_splats(double scale);
@@ -213,6 +214,9 @@ class Film {
   void add_sample_exactly(size_t index, bool odd, Color radiance, float alpha, const SampleAux* aux);
   void add_parts_exactly(size_t index, const SampleParts& parts);
   void add_splats_exactly(size_t index, int half, int channel, __int128 sum, double units);
+  void add_splat_at(size_t index, Color value, float largest, bool odd);
+  /// Entries of the splats: those of the image, and after them those of each light group.
+  size_t splat_count() const { return pixels_.size() * (1 + light_groups().size()); }
   uint64_t lost_bytes() const;
   PendingSplats& pending_of(float largest, double& units);
   static void carry(PendingSplats& splats, size_t index, bool odd, int channel);

@@ -37,6 +37,7 @@ Camera::Camera(const CameraDescription& description, int width, int height)
       height_(height),
       window_(description.screen_window),
       row_exposure_(glm::clamp(description.row_exposure, 0.0f, 1.0f)),
+      stereo_(description.stereo),
       clip_start_(description.clip_start),
       clip_end_(description.clip_end),
       lens_radius_(description.aperture_radius),
@@ -80,6 +81,26 @@ Ray Camera::to_world(Ray ray) const {
   const Mat4& frame = is_carried() ? moved : world_from_camera_;
   ray.origin = transform_point(frame, ray.origin);
   ray.direction = glm::normalize(transform_vector(frame, ray.direction));
+  return ray;
+}
+
+/// Moves a ray of spherical stereoscopy from the centre to its eye, and turns it to the point where the rays of both eyes
+/// meet. `up`: the axis around which the eyes turn.
+Ray Camera::from_eye(Ray ray, Vec3 up) const {
+  float offset = stereo_.offset;
+  if (stereo_.merge_to > 0.0f) {
+    const float altitude = std::abs(std::asin(glm::clamp(glm::dot(ray.direction, up), -1.0f, 1.0f)));
+    if (altitude > stereo_.merge_to)
+      offset = 0.0f;
+    else if (altitude > stereo_.merge_from)
+      offset *= std::cos(0.5f * kPi * (altitude - stereo_.merge_from) / (stereo_.merge_to - stereo_.merge_from));
+  }
+  const Vec3 right = glm::cross(ray.direction, up);
+  const float len = glm::length(right);
+  if (offset == 0.0f || !(len > 0.0f)) return ray;
+  const Vec3 moved = right * (offset / len);
+  ray.origin += moved;
+  if (stereo_.convergence > 0.0f) ray.direction = glm::normalize(stereo_.convergence * ray.direction - moved);
   return ray;
 }
 
@@ -148,6 +169,7 @@ std::optional<Vec2> Camera::film_at_frame(Vec3 p, int frame) const {
 }
 
 bool Camera::finds_film(float margin) const {
+  if (stereo_.offset != 0.0f) return false;
   if (kind_ != CameraKind::Panorama) return !sees_texels();
   const Vec2 beyond = margin * Vec2(window_.y - window_.x, window_.w - window_.z) / Vec2(float(width_), float(height_));
   return !has_lens() && panorama_.has_inverse(beyond);
@@ -192,6 +214,8 @@ Ray Camera::panoramic_ray(Vec2 film, Vec2 lens, float time) const {
   ray.t_min = clip_start_;
   ray.travelled = -ray.t_min;  // lengths of rays start at the clipping plane, as in Cycles
   ray.t_max = clip_end_;
+  if (stereo_.offset != 0.0f) [[unlikely]]
+    ray = from_eye(ray, Vec3(0.0f, 1.0f, 0.0f));
   return to_world(ray);
 }
 
@@ -248,7 +272,10 @@ Ray Camera::ray_through(Vec2 film, Vec2 lens, float time) const {
   ray.travelled = -ray.t_min;
   ray.t_max = (clip_end_ - lens_depth_) * along;
   ray.time = time;
-  return to_world(ray);
+  ray = to_world(ray);
+  // The eyes of other cameras than panoramas turn around the vertical of the world, as in Cycles.
+  const bool turns = stereo_.offset != 0.0f && kind_ == CameraKind::Perspective;
+  return turns ? from_eye(ray, Vec3(0.0f, 0.0f, 1.0f)) : ray;
 }
 
 }  // namespace ajar

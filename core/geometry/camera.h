@@ -41,7 +41,7 @@ class Camera {
   Vec3 orthographic_direction(Vec2 lens, float time) const;
   /// Whether film_of and film_density are valid for everything that is seen within `margin` pixels around the frame.
   /// Only then can paths be connected to the camera. It is false if a direction is seen twice (at the seam of a full
-  /// panorama) or if the lens turns with the direction.
+  /// panorama) or if the lens turns with the direction, as with spherical stereoscopy.
   bool finds_film(float margin) const;
   /// Whether the camera sees anything at a point of the film.
   bool sees(Vec2 film) const {
@@ -106,6 +106,7 @@ class Camera {
   Ray panoramic_ray(Vec2 film, Vec2 lens, float time) const;
   Ray texel_ray(Vec2 film, float time) const;
   Ray to_world(Ray ray) const;
+  Ray from_eye(Ray ray, Vec3 up) const;
   Vec2 on_window(Vec2 film, const Vec4& window) const {
     return {window.x + (window.y - window.x) * film.x / float(width_),
             window.z + (window.w - window.z) * film.y / float(height_)};
@@ -126,6 +127,7 @@ class Camera {
   Vec4 window_{-1, 1, -1, 1};
   std::vector<Vec4> windows_;  ///< window_ at evenly spaced times while the shutter is open; empty: it stays
   float row_exposure_ = 1.0f;
+  StereoDescription stereo_;
   float clip_start_ = 0.0f, clip_end_ = kInfinity;
   float lens_radius_ = 0.0f, focus_distance_ = 1.0f;
   /// distance of the lens in front of the camera; an orthographic lens is at the near clipping plane, as in Cycles

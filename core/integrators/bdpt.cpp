@@ -8,6 +8,7 @@
 #include "integrators/tile_loop.h"
 #include "transport/bidirectional/bidirectional.h"
 #include "transport/hints/followed_hints.h"
+#include "transport/paths/light_of_groups.h"
 #include "transport/paths/path.h"
 
 namespace ajar {
@@ -48,6 +49,7 @@ class Bdpt final : public Integrator {
     film.enable_splats();
     if (!space_) begin(film, stop);
     const double light_walks = double(film.width()) * double(film.height());
+    const LightOfGroups groups(*scene_, film);
     tbb::enumerable_thread_specific<BidirectionalWalks> walks([&] {
       BidirectionalWalks w(*scene_, light_walks);
       w.finds_beyond_terminator = true;
@@ -55,22 +57,17 @@ class Bdpt final : public Integrator {
       w.media = media_.get();
       w.merging = merging_.active() ? &merging_ : nullptr;
       w.guide = space_->guide;
+      w.separates_groups = groups.any();
       return w;
     });
-    struct Tile {
-      Sampler sampler;
-      BidirectionalWalks& walks;
-    };
     const auto add_samples = [&](int more) {
       samples_done_ += uint32_t(more);
       for_each_sample(
           film, samples_done_, stop,
           [&] {
-            return Tile{Sampler(Sampler::Kind::Sobol, seed_), walks.local()};
+            return Tile{Sampler(Sampler::Kind::Sobol, seed_), walks.local(), groups};
           },
-          [&](Tile& tile, int px, int py, uint32_t index) {
-            add_sample(film, px, py, index, light_walks, tile.sampler, tile.walks);
-          });
+          [&](Tile& tile, int px, int py, uint32_t index) { add_sample(film, px, py, index, light_walks, tile); });
     };
     if (!merging_.active()) add_samples(samples_per_pixel);
     // One photon pass for each sample of a pixel, so that images do not depend on the division of a render into
@@ -97,6 +94,12 @@ class Bdpt final : public Integrator {
   }
 
  private:
+  struct Tile {
+    Sampler sampler;
+    BidirectionalWalks& walks;
+    LightOfGroups groups;
+  };
+
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film, media_.get());
     space_->without_unconnectable = merging_.active();
@@ -104,14 +107,16 @@ class Bdpt final : public Integrator {
     merging_.follow(space_->guide);
   }
 
-  void add_sample(Film& film, int px, int py, uint32_t index, double light_walks, Sampler& sampler,
-                  BidirectionalWalks& walks) const {
+  void add_sample(Film& film, int px, int py, uint32_t index, double light_walks, Tile& tile) const {
+    auto& [sampler, walks, groups] = tile;
     const int full_width = scene_->settings().width, full_height = scene_->settings().height;
     sampler.start(uint32_t(py) * uint32_t(full_width) + uint32_t(px), index);
     const Vec2 offset = filter_.sample(sampler.get_2d());
     SampleRecord record;
     SampleAux* const aux = record.begin(film, px, py);
     Color radiance(0.0f);
+    const bool separates = groups.any();
+    if (separates) groups.begin();
     uint32_t splats = 0;
     // The two halves get equally many splats, whatever the sample counts are.
     const bool odd = (index + uint32_t(px + py)) & 1;
@@ -119,6 +124,7 @@ class Bdpt final : public Integrator {
     for (const FoundPath& path : walks.sample(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, sampler, aux)) {
       if (path.t > 1 || path.s == 0) {
         radiance += path.contribution;
+        if (separates) groups.add(*scene_, walks.light_of(path), path.contribution);
         continue;
       }
       sampler.set_dimension(kSplatDimension + 2 * splats++);
@@ -126,9 +132,13 @@ class Bdpt final : public Integrator {
       const auto column = filter_.place(path.film.x, 0, full_width, u.x),
                  row = filter_.place(path.film.y, 0, full_height, u.y);
       film.add_splat(column.pixel, row.pixel,
-                     path.contribution * float(double(column.weight * row.weight) / light_walks), odd);
+                     path.contribution * float(double(column.weight * row.weight) / light_walks), odd,
+                     separates ? groups.pass_of(*scene_, walks.light_of(path)) : -1);
     }
-    film.add_sample(px, py, radiance + walks.merged() + walks.glow(), walks.alpha(), aux);
+    const bool added = film.add_sample(px, py, radiance + walks.merged() + walks.glow(), walks.alpha(), aux);
+    if (!added || !separates) return;
+    for (int g = 0; g < int(walks.merged_of_groups().size()); ++g) groups.add(g, walks.merged_of_groups()[size_t(g)]);
+    film.add_parts(px, py, groups.parts());
   }
 
   std::shared_ptr<const Scene> scene_;

@@ -48,6 +48,7 @@ class EnergyRedistribution final : public Integrator {
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     film.enable_splats();
+    groups_ = LightOfGroups(*scene_, film);
     if (!space_) begin(film, stop);
     direct_.add(film, *space_, samples_per_pixel, stop);
     steps_wanted_ += uint64_t(film.width()) * uint64_t(film.height()) * uint64_t(samples_per_pixel);
@@ -196,7 +197,8 @@ class EnergyRedistribution final : public Integrator {
       for (int step = 0; step < kChainSteps; ++step) {
         worker.chain.step(sampler, [&](const Path& path, double weight) {
           const PathSpace::Place place = space_->place(path.film, sampler.get_2d());
-          film.add_splat(place.x, place.y, path.splat(deposit * weight * double(place.weight)), i & 1);
+          film.add_splat(place.x, place.y, path.splat(deposit * weight * double(place.weight)), i & 1,
+                         groups_.pass_of(*scene_, path.vertices[0]));
           luminance_->add_flux(path.film, deposit * weight * path.energy() / path.target);
         });
       }
@@ -208,6 +210,7 @@ class EnergyRedistribution final : public Integrator {
   std::unique_ptr<const PathMedia> media_;  ///< of the scene, if it has any
   uint32_t seed_ = 0;
   DirectPass direct_;
+  LightOfGroups groups_;
   std::shared_ptr<const AttachedHints> hints_;
   FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;

@@ -105,7 +105,9 @@ struct IntegratorInfo {
   Bias bias;
   const char* sentence;  ///< one sentence for the artist
   std::unique_ptr<Integrator> (*make)();
-  bool knows_parts = false;  ///< renders the passes that consist of SampleParts
+  bool knows_parts = false;            ///< renders the passes that consist of SampleParts
+  bool knows_groups = false;           ///< renders the passes of light groups
+  bool follows_light_bounces = false;  ///< follows Max Bounces of lights
   /// Can use vertex merging (transport/bidirectional/vertex_merging.h), which makes it consistent.
   bool can_merge = false;
   bool follows_hints = false;          ///< follows the artist's light hints (transport/hints/hint_guide.h)

@@ -13,6 +13,7 @@
 #include "integrators/path_walk.h"
 #include "integrators/tile_loop.h"
 #include "sampling/sampler.h"
+#include "scene/pass_names.h"
 #include "transport/direct/estimators/make_estimator.h"
 
 namespace ajar {
@@ -20,16 +21,6 @@ namespace ajar {
 namespace {
 
 using D = PathDimensions;
-
-/// The index of each light group of the scene among those that the film shows; -1: it does not.
-std::vector<int> shown_light_groups(const Scene& scene, const Film& film) {
-  std::vector<int> shown;
-  for (const std::string& name : scene.light_groups()) {
-    const auto found = std::find(film.light_groups().begin(), film.light_groups().end(), name);
-    shown.push_back(found == film.light_groups().end() ? -1 : int(found - film.light_groups().begin()));
-  }
-  return shown;
-}
 
 class PathTracer final : public Integrator {
  public:
@@ -212,7 +203,9 @@ class PathTracer final : public Integrator {
     };
     const uint32_t full_width = uint32_t(scene_->settings().width);
     const bool moves = scene_->moves();
-    const std::vector<int> shown_groups = film.wants_parts() ? shown_light_groups(*scene_, film) : std::vector<int>();
+    const std::vector<int> shown_groups = film.wants_parts()
+                                              ? shown_light_groups(scene_->light_groups(), film.light_groups())
+                                              : std::vector<int>();
     for_each_sample(
         film, samples_done_, stop,
         [&] {

@@ -201,15 +201,14 @@ class PathWalk {
   /// path was scattered.
   Step pass_media() {
     const Ray& ray = walk_.ray;
-    const Hit& hit = walk_.hit;
     ShadingPoint& point = walk_.point;
-    if (!hit.found()) medium_.media.leave_all(medium_.stack, medium_.counters);
+    if (!walk_.found()) medium_.media.leave_all(medium_.stack, medium_.counters);
     if (medium_.stack.empty()) return Step::GoOn;
     const Color before = beta_;
     MediaEvent event;
     const MediumPoint& at = event.at;
     const uint32_t here = D::kScatter + D::kStretch * uint32_t(medium_.stretch++);
-    const MediaRay along{medium_.stack, ray, hit.found() ? hit.t : kInfinity, point, point.ray_kind};
+    const MediaRay along{medium_.stack, ray, walk_.found() ? walk_.hit.t : kInfinity, point, point.ray_kind};
     const bool uniform = medium_.media.is_uniform(along, event.at, medium_.counters), may_scatter = !at_bounce_limit_;
     Color direct(0.0f);
     MediumLight sampled;
@@ -233,6 +232,7 @@ class PathWalk {
     if (!is_black(direct)) add(direct, point.ray_depth + 1);
     if (point.ray_depth == 0) medium_.pass = scattered;
     if (point.ray_depth == 0) alpha_ += luminance(scattered ? before : before - beta_);
+    record_medium(ray.direction, before, beta_, scattered, aux_);
     if (!(largest(beta_) > 0.0f)) return Step::End;
     if (!scattered) return Step::GoOn;
     medium_.chosen_from = sampled.chosen_from;

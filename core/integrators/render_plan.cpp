@@ -31,6 +31,15 @@ std::string memory(uint64_t bytes) {
 
 /// Whether the pass has a part of the light.
 bool separates_light(const std::string& pass) { return is_part_pass(pass) || !light_group_of(pass).empty(); }
+bool can_separate(const IntegratorInfo& integrator, const std::string& pass) {
+  return is_part_pass(pass) ? integrator.knows_parts : integrator.knows_groups;
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
+}
 
 /// Decisions and their plan steps, one function for each.
 class Planner {
@@ -184,9 +193,9 @@ class Planner {
             : instead + ": the default method is used",
         number(uint64_t(direct.samples)) + (direct.samples > 1 ? " shadow rays" : " shadow ray") +
             " at a surface that the camera sees");
-    if (scene_.lights().any_limited() && !integrator_.knows_parts)
-      plan_.warnings.emplace_back(std::string(integrator_.label) +
-                                  " does not follow Max Bounces of lamps and of the world. Path Tracing does.");
+    if (scene_.lights().any_limited() && !integrator_.follows_light_bounces)
+      plan_.warnings.emplace_back(std::string(integrator_.label) + " does not follow Max Bounces of " +
+                                  listed(scene_.limited_lights()) + ". Path Tracing does.");
     if (settings_.direct == DirectMethod::Mis) return;
     if (partial)
       plan_.warnings.emplace_back(
@@ -238,15 +247,15 @@ class Planner {
         aux ? number(settings_.passes.size() - 1) + " asked for" : "no pass is asked for",
         memory(uint64_t(settings_.width) * uint64_t(settings_.height) * 16 * (settings_.passes.size() - 1)) +
             " at most");
-    std::string parts;
+    std::vector<std::string> parts, black;
     for (const std::string& pass : settings_.passes)
-      if (separates_light(pass)) parts += (parts.empty() ? "" : ", ") + pass;
-    if (parts.empty()) return;
-    if (!integrator_.knows_parts)
-      plan_.warnings.emplace_back(std::string(integrator_.label) + " does not render the passes " + parts +
+      if (separates_light(pass)) (can_separate(integrator_, pass) ? parts : black).push_back(pass);
+    if (!black.empty())
+      plan_.warnings.emplace_back(std::string(integrator_.label) + " does not render the passes " + listed(black) +
                                   ": they stay black. Path Tracing renders them.");
-    else if (settings_.direct != DirectMethod::Mis)
-      plan_.warnings.emplace_back("For the passes " + parts + ", direct light is sampled by the default method.");
+    if (plan_.parts && settings_.direct != DirectMethod::Mis)
+      plan_.warnings.emplace_back("For the passes " + listed(parts) +
+                                  ", direct light is sampled by the default method.");
   }
 
   const Scene& scene_;
@@ -264,6 +273,13 @@ RenderPlan make_render_plan(const Scene& scene, const IntegratorInfo& integrator
   RenderPlan plan = Planner(scene, integrator).make();
   plan.hints = hints ? std::move(hints) : std::make_shared<const AttachedHints>(attach_hints(scene));
   return plan;
+}
+
+std::string needs_path_tracing(const Scene& scene) {
+  const std::vector<std::string>& passes = scene.settings().passes;
+  if (std::any_of(passes.begin(), passes.end(), separates_light)) return "passes of parts of the light are asked for";
+  if (scene.lights().any_limited()) return "a light has its own number of bounces";
+  return {};
 }
 
 RenderPlan make_render_plan(const Scene& scene) {

@@ -54,4 +54,7 @@ RenderPlan make_render_plan(const Scene& scene, const IntegratorInfo& integrator
 /// For the integrator in the scene's settings.
 RenderPlan make_render_plan(const Scene& scene);
 
+/// Why `auto` has to choose path tracing for this scene; empty: it does not.
+std::string needs_path_tracing(const Scene& scene);
+
 }  // namespace ajar

@@ -236,6 +236,10 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     choice.reason = "no lights are known";
     return choice;
   }
+  if (std::string needed = needs_path_tracing(*scene); !needed.empty()) {
+    choice.reason = std::move(needed);
+    return choice;
+  }
   if (asked.bounces.total < 1) {
     choice.reason = "the limit of bounces is 0";
     return choice;

@@ -15,6 +15,10 @@ void gather_names(const SceneDescription& description, const std::vector<ObjectD
     if (found == names.groups.end()) names.groups.push_back(name);
     return int(index);
   };
+  const auto is_limited = [&](int bounces) { return bounces < description.settings.bounces.total; };
+  for (const LightDescription& light : description.lights)
+    if (is_limited(light.max_bounces)) names.limited_lights.push_back("'" + light.name + "'");
+  if (is_limited(description.world.max_bounces)) names.limited_lights.emplace_back("the world");
   for (const LightDescription& light : description.lights) names.lamp_groups.push_back(group(light.light_group));
   names.world_group = group(description.world.light_group);
   for (const ObjectDescription& object : objects) {
@@ -25,6 +29,15 @@ void gather_names(const SceneDescription& description, const std::vector<ObjectD
   for (const MaterialDescription& material : description.materials)
     names.material_mattes.push_back(matte_id(material.name));
   names.material_mattes.push_back(matte_id("default_surface"));
+}
+
+std::vector<int> shown_light_groups(const std::vector<std::string>& of_scene, const std::vector<std::string>& of_film) {
+  std::vector<int> shown;
+  for (const std::string& name : of_scene) {
+    const auto found = std::find(of_film.begin(), of_film.end(), name);
+    shown.push_back(found == of_film.end() ? -1 : int(found - of_film.begin()));
+  }
+  return shown;
 }
 
 }  // namespace ajar

@@ -25,6 +25,7 @@ const char* reason(bool catchers, bool portals, const CameraDescription& camera,
   if (catchers) return "shadow catchers";
   if (portals) return "ray portals";
   if (camera.row_exposure < 1.0f) return "a rolling shutter";
+  if (camera.stereo.offset != 0.0f) return "spherical stereoscopy";
   return settings.transparent_film && settings.transparent_glass ? "transparent glass" : "";
 }
 

@@ -36,7 +36,7 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
 
     def export(revisions: list[bpy.types.Object] | None) -> ExportContext:
         context = ExportContext(depsgraph, is_cancelled, report_step, meshes)
-        context.bake(baked)
+        context.bake(baked, catches="Shadow Catcher" in passes)
         context.known = known
         _export_frame(context, options, passes, camera_object, frame_set, eye, revisions)
         return context

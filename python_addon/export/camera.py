@@ -28,6 +28,7 @@ class Eye:
     world_from_camera: Callable[[bpy.types.Object], Matrix] = lambda thing: thing.matrix_world
     shift_x: Callable[[bpy.types.Object], float] = lambda thing: thing.data.shift_x
     is_spherical: Callable[[bpy.types.Object], bool] = lambda thing: False   # whether its place depends on the direction of the ray
+    side: float = 0.0   # of a spherical one, in distances between the eyes to the right of the centre
 
 
 CENTRE: Eye = Eye()
@@ -44,7 +45,7 @@ def describe(context: ExportContext, out: ajar.CameraDescription, camera_object:
     camera = camera_object.data
     context.warn_all(camera_object.name, unsupported.asked_of(camera, unsupported.CAMERA))
     if eye.is_spherical(camera_object):
-        context.warn(camera_object.name, "spherical stereo is not supported: both eyes see from the centre")
+        out.stereo = stereo_of(camera.stereo, eye.side)
     out.present = True
     out.name = camera_object.name
     out.kind = _KINDS.get(camera.type, ajar.CameraKind.Perspective)   # custom cameras are reported
@@ -58,6 +59,13 @@ def describe(context: ExportContext, out: ajar.CameraDescription, camera_object:
         out.panorama = panorama_of(context.scene.render, camera)
         if kind_of_panorama(camera) not in _PANORAMAS:
             context.warn(camera_object.name, "the panorama type {kind} is not supported; it renders as equirectangular", kind=kind_of_panorama(camera))
+
+
+def stereo_of(stereo: bpy.types.CameraStereoData, side: float) -> tuple[float, float, float, float]:
+    """The eye of spherical stereoscopy: see CameraDescription.stereo."""
+    convergence = 0.0 if stereo.convergence_mode == "PARALLEL" else stereo.convergence_distance
+    merge = (stereo.pole_merge_angle_from, stereo.pole_merge_angle_to) if stereo.use_pole_merge else (0.0, 0.0)
+    return (side * stereo.interocular_distance, convergence, *merge)
 
 
 def kind_of_panorama(camera: bpy.types.Camera) -> str:

@@ -48,6 +48,7 @@ class ExportContext:
         self.warnings: list[tuple[str, str]] = []        # (name of the datablock, message)
         self.meshes = meshes                             # of a viewport, kept between exports
         self.is_hidden = is_hidden                       # whether a viewport hides an instance that is in the dependency graph
+        self.is_view = False                             # of a viewport, which has no camera unless it culls objects
         self.known: KnownObjects | None = None           # of a viewport, kept between exports
         self.revisions: list[bpy.types.Object] | None = None   # the known objects to export again; None: all
         self.importance_of_collections: dict[int, float] | None = None
@@ -56,6 +57,7 @@ class ExportContext:
         self.watched: dict[tuple, list[Watched]] | None = None   # with motion blur: the meshes that may deform, by the key of an instance
         self.divides = True                              # whether adaptive subdivision is followed
         self.unmoved: set[int] = set()                   # addresses of original materials whose displacement only bends normals
+        self.catcher: bpy.types.Object | None = None     # a baked object that catches shadows
         self.base_is_evaluated: set[int] = set()   # addresses of objects that are evaluated without the modifier of adaptive subdivision
         self.mesh_of: dict[bpy.types.Object, int] | None = None   # for the pass Vector: the mesh of each original object that has one alone
         self.report_step = report_step
@@ -68,9 +70,11 @@ class ExportContext:
             else:
                 self.warn(self.view_layer.name, "its light group {group} does not exist, so that the importance of this group is not used", group=group.name)
 
-    def bake(self, thing: bpy.types.Object | None) -> None:
-        """The texels of a baked object are on its undisplaced mesh: its materials do not move it, and no mesh is divided, as in Cycles."""
+    def bake(self, thing: bpy.types.Object | None, catches: bool) -> None:
+        """The texels of a baked object are on its undisplaced mesh: its materials do not move it, and no mesh is divided, as in Cycles. `catches`: whether it
+        catches shadows."""
         if thing is not None:
+            self.catcher = thing.original if catches else None
             self.divides = False
             self.unmoved = {slot.material.original.as_pointer() for slot in thing.material_slots if slot.material is not None}
 

@@ -1,7 +1,8 @@
 """Camera culling and distance culling: objects outside the view of the camera, or far from it, are left out, as in Cycles with Simplify.
 
 An object is left out if its bounding box lies outside the frame with its margin, or farther from the camera than the margin of the distance. If it uses
-both, both must hold. Lamps stay. A panorama sees all directions and culls nothing. In a view everything stays, because its camera moves without an export.
+both, both must hold. Lamps stay. A panorama sees all directions and culls nothing; nor does stereoscopy. A 3D view culls what it does not see at an edit, and
+keeps this while it moves, as in Cycles.
 """
 
 from __future__ import annotations
@@ -14,13 +15,18 @@ from ..ajar_module import ajar
 from .context import ExportContext
 
 
+def is_wanted(scene: bpy.types.Scene) -> bool:
+    settings = plain.of(scene.ajar)
+    return scene.render.use_simplify and not scene.render.use_multiview and (settings.use_camera_cull or settings.use_distance_cull)
+
+
 class Culling:
     def __init__(self, context: ExportContext) -> None:
         scene = context.scene
         settings = plain.of(scene.ajar)
         self.camera = context.description.camera
-        wanted = scene.render.use_simplify and context.meshes is None and (settings.use_camera_cull or settings.use_distance_cull)
-        if wanted and not self.camera.present:
+        wanted = is_wanted(scene)
+        if wanted and not self.camera.present and not context.is_view:
             context.warn(scene.name, "there is no camera for culling: all objects stay")
         usable = wanted and self.camera.present and self.camera.kind != ajar.CameraKind.Panorama
         self._by_camera = usable and settings.use_camera_cull

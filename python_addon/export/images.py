@@ -7,7 +7,7 @@ import os
 import bpy
 import numpy as np
 
-from .. import compat
+from .. import compat, plain
 from ..ajar_module import ajar
 from .context import ExportContext
 
@@ -87,9 +87,19 @@ def _add(context: ExportContext, image: bpy.types.Image, path: str, color_space:
             if image.is_float and color_space != "Non-Color":
                 color_space = "scene_linear"
             return context.description.add_image(name=image.name, alpha_mode=_alpha_mode_of_pixels(image), pixels=pixels, width=width, height=height,
-                                                 color_space=color_space)
+                                                 color_space=color_space, **_size_of_textures(context))
     packed = compat.packed_bytes(image)
-    return context.description.add_image(name=image.name, alpha_mode=_alpha_mode(image), path="" if packed else path, packed=packed, color_space=color_space)
+    return context.description.add_image(name=image.name, alpha_mode=_alpha_mode(image), path="" if packed else path, packed=packed, color_space=color_space,
+                                         **_size_of_textures(context))
+
+
+def _size_of_textures(context: ExportContext) -> dict[str, float]:
+    """What Simplify leaves of images."""
+    if not context.scene.render.use_simplify:
+        return {}
+    ours = plain.of(context.scene.ajar)
+    limit, resolution = (ours.texture_limit, ours.texture_resolution) if context.is_view else (ours.texture_limit_render, ours.texture_resolution_render)
+    return {"size_limit": 0 if limit == "OFF" else int(limit), "resolution": resolution}
 
 
 def _add_tiles(context: ExportContext, image: bpy.types.Image, color_space: str) -> int:
@@ -105,7 +115,7 @@ def _add_tiles(context: ExportContext, image: bpy.types.Image, color_space: str)
         content = packed.get(tile.number, b"")
         tiles.append((tile.number, context.description.add_image(
             name=f"{image.name} {tile.number}", path="" if content else of_tile, packed=content, color_space=color_space,
-            alpha_mode=_alpha_mode(image))))
+            alpha_mode=_alpha_mode(image), **_size_of_textures(context))))
     return context.description.add_tiled_image(image.name, tiles)
 
 

@@ -252,9 +252,9 @@ def _materials(context: ExportContext, thing: bpy.types.Object) -> list[bpy.type
 
 
 def _look(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> dict:
-    context.warn_all(owner.name, unsupported.of_object(owner))
+    context.warn_all(owner.name_full, unsupported.of_object(owner))   # of linked objects, it has the library
     return {"name": owner.name, "visibility": _visibility(context, owner, parent),
-            "holdout": (parent or owner).holdout_get(view_layer=context.view_layer), "shadow_catcher": owner.is_shadow_catcher,
+            "holdout": (parent or owner).holdout_get(view_layer=context.view_layer), "shadow_catcher": owner.is_shadow_catcher or owner.original == context.catcher,
             "pass_index": owner.pass_index, "color": tuple(owner.color), "importance": _importance(context, owner),
             "shadow_terminator_offset": _terminator_offset(context, owner), "light_importance": context.light_importance(owner),
             "asset": _topmost(owner).name, "light_group": owner.lightgroup, **context.linking.arguments(owner, parent)}

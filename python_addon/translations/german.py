@@ -26,6 +26,24 @@ TEXTS = {
         "Gerenderte Ansichten anhalten, sobald sie eine Änderung zeigen, oder ihre Abtastung fortsetzen",
     "node '{name}' ({kind}): the Projection of its Texture Mapping is not supported: X, Y and Z are used":
         "Knoten '{name}' ({kind}): Die Projektion seiner Texturzuordnung wird nicht unterstützt: X, Y und Z werden verwendet",
+    # ---- Sizes of textures, time of pixels -------------------------------------------------------------------------------
+    "Textures": "Texturen",
+    "Viewport Limit": "Grenze in Ansichten",
+    "Most texels along the longer side of a texture, in the rendered 3D view": "Größte Anzahl von Texeln an der längeren Seite einer Textur, in der gerenderten 3D-Ansicht",
+    "Render Limit": "Grenze beim Rendern",
+    "Most texels along the longer side of a texture, in final renders": "Größte Anzahl von Texeln an der längeren Seite einer Textur, beim Rendern",
+    "No Limit": "Keine Grenze",
+    **{str(size): str(size) for size in (128, 256, 512, 1024, 2048, 4096, 8192)},
+    "Textures keep the size of their images": "Texturen behalten die Größe ihrer Bilder",
+    "Larger images are halved until they have no more texels along a side": "Größere Bilder werden halbiert, bis sie an keiner Seite mehr Texel haben",
+    "Viewport Resolution": "Auflösung in Ansichten",
+    "Part of the sides of images that textures keep in the rendered 3D view, rounded down to a half, a quarter and so on":
+        "Teil der Bildseiten, den Texturen in der gerenderten 3D-Ansicht behalten, abgerundet auf die Hälfte, ein Viertel und so weiter",
+    "Render Resolution": "Auflösung beim Rendern",
+    "Part of the sides of images that textures keep in final renders, rounded down to a half, a quarter and so on":
+        "Teil der Bildseiten, den Texturen beim Rendern behalten, abgerundet auf die Hälfte, ein Viertel und so weiter",
+    "Time that a processor core has spent on each pixel, in milliseconds": "Zeit, die ein Prozessorkern für jedes Pixel gebraucht hat, in Millisekunden",
+    "Render Time": "Renderzeit",
     # ---- Baking ---------------------------------------------------------------------------------------------------------
     "Bake Type": "Backtyp",
     "Influence": "Einfluss",
@@ -433,8 +451,8 @@ TEXTS = {
     "Estimated error of the denoised picture, relative to its brightness: where not to trust it. Needs Denoise":
         "Geschätzter Fehler des entrauschten Bildes, relativ zu seiner Helligkeit: wo ihm nicht zu trauen ist. Benötigt Entrauschen",
     "Error after denoising": "Fehler nach dem Entrauschen",
-    "Albedo, normal and depth for a denoiser: those of the first rough surface, seen through mirrors and glass":
-        "Albedo, Normale und Tiefe für einen Entrauscher: die der ersten rauen Oberfläche, durch Spiegel und Glas gesehen",
+    "Albedo, normal and depth for a denoiser: those of the first rough surface or volume, seen through mirrors and glass":
+        "Albedo, Normale und Tiefe für einen Entrauscher: die der ersten rauen Oberfläche oder des ersten Volumens, durch Spiegel und Glas gesehen",
     "Colour of the first surface without its light": "Farbe der ersten Oberfläche ohne ihr Licht",
     "Volume Direct": "Volumen direkt",
     "Light of lamps and sky that volumes scatter directly to the camera": "Licht von Lampen und Himmel, das Volumen direkt zur Kamera streuen",
@@ -628,14 +646,10 @@ TEXTS = {
 
     # ---- Unsupported settings: sentences that follow a name ---------------------------------------------------------------
     "Fast GI Approximation is not supported: all bounces are followed": "Schnelle GI-Näherung wird nicht unterstützt: alle Reflexionen werden verfolgt",
-    "Texture Limit is not supported: textures keep their size": "Texturgrenze wird nicht unterstützt: Texturen behalten ihre Größe",
-    "Texture Resolution is not supported: textures keep their size": "Texturauflösung wird nicht unterstützt: Texturen behalten ihre Größe",
     "Sample Offset is not supported: choose another seed instead": "Versatz der Abtastwerte wird nicht unterstützt: stattdessen einen anderen Startwert wählen",
     "Sample Subset is not supported: choose another seed instead": "Teilmengen von Abtastwerten werden nicht unterstützt: stattdessen einen anderen Startwert wählen",
-    "spherical stereo is not supported: both eyes see from the centre": "Sphärisches Stereo wird nicht unterstützt: beide Augen sehen von der Mitte aus",
     "the pass {name} is not supported and stays black": "der Durchgang {name} wird nicht unterstützt und bleibt schwarz",
     "the pass {name} is not supported": "der Durchgang {name} wird nicht unterstützt",
-    "the pass Render Time is not supported": "der Durchgang Renderzeit wird nicht unterstützt",
     "its Shadow Terminator Shading Offset is not supported and is ignored": "sein Schattierungsversatz der Schattengrenze wird nicht unterstützt und ignoriert",
     "a world that casts no shadows is not supported": "eine Welt ohne Schatten wird nicht unterstützt",
     "custom cameras are not supported: it is rendered as a perspective one": "benutzerdefinierte Kameras werden nicht unterstützt: sie wird als perspektivische gerendert",

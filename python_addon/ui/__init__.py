@@ -15,7 +15,7 @@ __all__ = ["CLASSES", "AjarPanel", "built_in_panels", "register", "unregister"]
 MODULES = (render, bake, progress, hints, view_layer, world, object, material, light, camera)
 IN_NODE_EDITORS = (material.AJAR_MATERIAL_PT_settings, world.AJAR_WORLD_PT_ray_visibility, world.AJAR_WORLD_PT_settings, light.AJAR_LIGHT_PT_light,
                    light.AJAR_LIGHT_PT_beam)
-BELOW_SIMPLIFY = (render.AJAR_RENDER_PT_culling,)   # below the copy of a panel of Blender, which must be registered before
+BELOW_SIMPLIFY = (render.AJAR_RENDER_PT_texture_size, render.AJAR_RENDER_PT_culling)   # below the copy of a panel of Blender, which must be registered before
 CLASSES = tuple(panel for module in MODULES for panel in module.CLASSES) + tuple(in_node_editor(panel) for panel in IN_NODE_EDITORS) + BELOW_SIMPLIFY
 
 BEHIND = "RENDER_PT_simplify"

@@ -351,6 +351,23 @@ class AJAR_RENDER_PT_culling(AjarPanel, Panel):
             value.prop(settings, margin, text="")
 
 
+class AJAR_RENDER_PT_texture_size(AjarPanel, Panel):
+    """Below Blender's panel Simplify, as the panel before."""
+    bl_label = "Textures"
+    bl_context = "render"
+    bl_parent_id = "AJAR_RENDER_PT_simplify"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, settings = self.column(), context.scene.ajar
+        column.active = context.scene.render.use_simplify
+        for name in ("texture_limit", "texture_limit_render"):
+            column.prop(settings, name)
+        if compat.has_texture_resolution():
+            for name in ("texture_resolution", "texture_resolution_render"):
+                column.prop(settings, name)
+
+
 def _statistics(values: dict) -> list[tuple[str, str]]:
     """Names and values as text. The panel translates the names."""
     label = next((info.label for info in ajar.integrator_list() if info.name == values["integrator"]), values["integrator"])

@@ -56,7 +56,9 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
             "Scene.show_sample_density",)),
         "AJAR_RENDER_PT_statistics": ("Numbers of the last render: time, memory, samples, noise, and the size of the scene. More: [Statistics](rendering.md#statistics).", ()),
         "AJAR_RENDER_PT_plan": ("The steps of the last render: which ones the scene needed, which ones were left out, and why. More: [Statistics](rendering.md#statistics).", ()),
-        "AJAR_RENDER_PT_culling": ("Objects outside the view of the camera, or far from it, are left out of final renders, if they allow it.", (
+        "AJAR_RENDER_PT_texture_size": ("Smaller textures save memory. The limits apply to all images; Texture Resolution is a setting of Blender 5.2 and later.", (
+            "Scene.texture_limit", "Scene.texture_limit_render", "Scene.texture_resolution", "Scene.texture_resolution_render")),
+        "AJAR_RENDER_PT_culling": ("Objects outside the view of the camera, or far from it, are left out, if they allow it.", (
             "Scene.use_camera_cull", "Scene.camera_cull_margin", "Scene.use_distance_cull", "Scene.distance_cull_margin")),
         "AJAR_RENDER_PT_hints": ("The curves that show the renderer where light goes, with what became of each. More: [Light hints](hints.md).", ("Scene.hint_collection",)),
     },
@@ -64,7 +66,7 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
         "AJAR_VIEWLAYER_PT_filter": (f"What the view layer renders. {BLENDERS}", ()),
         "AJAR_VIEWLAYER_PT_override": (f"A material, a world and a number of samples that replace those of the scene in this view layer. {BLENDERS}", ()),
         "AJAR_VIEWLAYER_PT_passes": ("The passes that the view layer renders. Those below are of Ajar; the others are Blender's own. More: [Passes](rendering.md#passes).", (
-            "ViewLayer.use_pass_albedo", "ViewLayer.use_pass_volume_direct", "ViewLayer.use_pass_volume_indirect", "ViewLayer.use_pass_shadow_catcher", "ViewLayer.use_pass_sample_count",
+            "ViewLayer.use_pass_albedo", "ViewLayer.use_pass_volume_direct", "ViewLayer.use_pass_volume_indirect", "ViewLayer.use_pass_shadow_catcher", "ViewLayer.use_pass_sample_count", "ViewLayer.use_pass_render_time",
             "ViewLayer.use_pass_variance", "ViewLayer.use_pass_error", "ViewLayer.use_pass_perceptual_error", "ViewLayer.use_pass_denoising",
             "ViewLayer.use_pass_denoising_error")),
         "AJAR_VIEWLAYER_PT_cryptomatte": (f"Mattes of objects, materials and assets for the node Cryptomatte of the compositor. {BLENDERS} More: [Passes](rendering.md#passes).", ()),

@@ -24,6 +24,16 @@ bool is_too_large(int64_t width, int64_t height) {
 
 }  // namespace
 
+int halvings(const ImageDescription& image, int width, int height) {
+  constexpr int kMost = 16;
+  int count = 0;
+  if (image.resolution < 1.0f && image.resolution > 0.0f)
+    count = std::min(kMost, int(std::ceil(-std::log2(image.resolution) - 1e-6f)));
+  while (image.size_limit > 0 && count < kMost && int64_t(std::max(width, height)) > int64_t(image.size_limit) << count)
+    ++count;
+  return count;
+}
+
 size_t value_size(Texture::Storage storage) {
   return storage == Texture::Storage::Byte ? 1 : storage == Texture::Storage::Float ? 4 : 2;
 }

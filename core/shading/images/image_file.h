@@ -18,6 +18,8 @@ struct DecodedImage {
   std::string error;
 };
 
+/// How many times the sides of an image of this size are halved (ImageDescription::size_limit, resolution).
+int halvings(const ImageDescription& image, int width, int height);
 /// The bytes of one value.
 size_t value_size(Texture::Storage storage);
 

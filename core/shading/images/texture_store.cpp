@@ -4,6 +4,7 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <type_traits>
 
 #include "description/diagnostics.h"
 #include "math/half.h"
@@ -124,6 +125,34 @@ void convert(std::vector<uint8_t>& texels, const Conversion& c) {
   }
 }
 
+/// Halves the sides of an image this many times: the mean of squares of texels. Texels at the end of rows and columns
+/// that fill no square are left out, as in Cycles.
+template <typename T>
+void halve(std::vector<uint8_t>& texels, int& width, int& height, int times) {
+  const int side = 1 << times, reduced_width = std::max(1, width / side), reduced_height = std::max(1, height / side);
+  std::vector<uint8_t> reduced(size_t(reduced_width) * size_t(reduced_height) * 4 * sizeof(T));
+  const T* const in = reinterpret_cast<const T*>(texels.data());
+  T* out = reinterpret_cast<T*>(reduced.data());
+  for (int y = 0; y < reduced_height; ++y)
+    for (int x = 0; x < reduced_width; ++x, out += 4) {
+      double sum[4] = {0, 0, 0, 0};
+      const int x1 = std::min((x + 1) * side, width), y1 = std::min((y + 1) * side, height);
+      for (int v = y * side; v < y1; ++v)
+        for (int u = x * side; u < x1; ++u)
+          for (size_t c = 0; c < 4; ++c) sum[c] += double(float(in[(size_t(v) * size_t(width) + size_t(u)) * 4 + c]));
+      const double count = double(x1 - x * side) * double(y1 - y * side);
+      for (size_t c = 0; c < 4; ++c) {
+        if constexpr (std::is_integral_v<T>)
+          out[c] = T(std::lround(sum[c] / count));
+        else
+          out[c] = T(float(sum[c] / count));
+      }
+    }
+  texels = std::move(reduced);
+  width = reduced_width;
+  height = reduced_height;
+}
+
 /// The time when the file was last written; the default value if it cannot be read.
 std::filesystem::file_time_type file_time(const ImageDescription& image) {
   std::error_code error;
@@ -134,16 +163,19 @@ std::filesystem::file_time_type file_time(const ImageDescription& image) {
 
 bool same_source(const ImageDescription& a, const ImageDescription& b) {
   return a.path == b.path && a.color_space == b.color_space && a.alpha_mode == b.alpha_mode && a.width == b.width &&
-         a.height == b.height && a.packed == b.packed && a.pixels == b.pixels;
+         a.height == b.height && a.size_limit == b.size_limit && a.resolution == b.resolution && a.packed == b.packed &&
+         a.pixels == b.pixels;
 }
 
 }  // namespace
 
 uint64_t texture_bytes(const ImageDescription& image) {
-  if (!image.pixels.empty()) return image.pixels.size() * sizeof(float);
+  if (!image.pixels.empty())
+    return (image.pixels.size() * sizeof(float)) >> (2 * halvings(image, image.width, image.height));
   if (image.packed.empty() && image.path.empty()) return 0;
   const DecodedImage header = read_header(image);
-  return uint64_t(header.width) * uint64_t(header.height) * 4 * value_size(header.storage);
+  return (uint64_t(header.width) * uint64_t(header.height) * 4 * value_size(header.storage)) >>
+         (2 * halvings(image, header.width, header.height));
 }
 
 struct TextureStore::Data {
@@ -266,6 +298,9 @@ void TextureStore::fill(Texture& texture, const ImageDescription& image, const D
   const int64_t repaired = texture.storage_ == Texture::Storage::Half    ? repair<Half>(texture.texels_)
                            : texture.storage_ == Texture::Storage::Float ? repair<float>(texture.texels_)
                                                                          : 0;
+  if (const int times = halvings(image, texture.width_, texture.height_); times > 0)
+    with_type_of(texture.storage_,
+                 [&](auto one) { halve<decltype(one)>(texture.texels_, texture.width_, texture.height_, times); });
   if (repaired > 0) report(std::to_string(repaired) + " pixels are not finite and were set to 0");
 }
 

@@ -35,7 +35,8 @@ BidirectionalWalks::BidirectionalWalks(const Scene& scene, double light_walks)
       light_walks_(joins_lens(scene) ? light_walks : 0.0),
       margin_(0.5f * PixelFilter::full_width(scene.settings().filter, scene.settings().filter_width)),
       max_vertices_(max_path_vertices(scene.settings().bounces)),
-      has_subsurface_(scene.has_subsurface()) {
+      has_subsurface_(scene.has_subsurface()),
+      any_limited_(scene.lights().any_limited()) {
   if (has_subsurface_) {
     staying_.resize(size_t(max_vertices_));
     for (const ShaderProgram& program : scene.programs()) enters_after_diffuse_ |= program.enters_after_diffuse();
@@ -76,6 +77,7 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
   eye_count_ = 1;
   hit_count_ = 0;
   merged_ = glow_ = Color(0.0f);
+  merged_of_groups_.assign(separates_groups ? scene_.light_groups().size() : 0, Color(0.0f));
   bool past_limit = false, only_specular = true;
   enters_first_ = false;
   alpha_ = pdf_direction > 0.0f ? 0.0f : 1.0f;
@@ -119,8 +121,7 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     if (!vertex.scatters() || i + 1 >= max_vertices_ || (knows_walks_below() && !scatters_at(i, base, sampler))) break;
     eye_count_ = i + 1;
     only_specular &= !vertex.has_subsurface();
-    if (merging && only_specular && i >= 2 && vertex.stores_photons())
-      merged_ += next.beta * merging->radiance(vertex, i);
+    if (merging && only_specular && i >= 2 && vertex.stores_photons()) merge(next, i);
 
     sampler.set_dimension(base + kLobe);
     const auto sample = sample_bounce(scattering_end(i + 1), TransportMode::Radiance, sampler);
@@ -144,6 +145,13 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     ray = scene_.spawn_ray(vertex.point, sample->wi);
     pdf_direction = next.scattering.pdf_to_light;
   }
+}
+
+/// Adds the light that photons bring to vertex i of the walk from the eye.
+void BidirectionalWalks::merge(const WalkVertex& at, int i) {
+  merged_ += at.beta * merging->radiance(at.vertex, i);
+  for (size_t g = 0; g < merged_of_groups_.size(); ++g)
+    merged_of_groups_[g] += at.beta * merging->radiance_of_group(at.vertex, i, int(g));
 }
 
 /// The walk from the eye has found the vertex of `next` behind `through`.

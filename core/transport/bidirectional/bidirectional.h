@@ -53,6 +53,16 @@ class BidirectionalWalks {
   float alpha() const { return alpha_; }
   /// Light by unconnectable paths in the last sample, if `merging` is set.
   Color merged() const { return merged_; }
+  /// The part of it that is light of each light group of the scene, if `separates_groups` is set.
+  const std::vector<Color>& merged_of_groups() const { return merged_of_groups_; }
+  /// The light of a path of the last sample.
+  const PathVertex& light_of(const FoundPath& path) const {
+    return path.s == 0   ? hits_[size_t(path.hit)].light
+           : path.s == 1 ? sampled_lights_[size_t(path.t)]
+                         : light_[0].vertex;
+  }
+  /// The index of the light from which the last photon comes.
+  uint32_t light_of_photon() const { return uint32_t(light_[0].vertex.light); }
   /// A walk from the eye alone: the light that media emit along it.
   Color sample_glow(Vec2 film, Sampler& sampler);
   /// Light that media emit, along the walk from the eye of the last sample. It is in no path found.
@@ -84,6 +94,7 @@ class BidirectionalWalks {
   bool leaves_unconnectable = false;
   /// Finds their light, which `merged` returns; null: no merging.
   const VertexMerging* merging = nullptr;
+  bool separates_groups = false;
   /// A guide that walks from lights follow in addition; null: none.
   const LightWalkGuide* guide = nullptr;
   /// The media of the scene, if it has any.
@@ -130,6 +141,7 @@ class BidirectionalWalks {
   void walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* aux);
   static void arrive_at(WalkVertex& next, const PathVertex& previous, const Through& through, Color beta,
                         float pdf_direction);
+  void merge(const WalkVertex& at, int i);
   bool scatters_at(int i, uint32_t base, Sampler& sampler);
   bool enters_surface(int i, uint32_t base, Sampler& sampler);
   bool leaves_class(int t) const;
@@ -139,6 +151,9 @@ class BidirectionalWalks {
   void meet_emitter(int t, const WalkVertex& at, float pdf_direction);
   Color emitted_in_media(const Ray& ray, float t_end, const PathVertex& vertex, Sampler& sampler) const;
   void meet(int t, const PathVertex& light, const PathEdge& edge, Color beta, float pdf_direction);
+  bool is_limited(const PathVertex& light, int bounces) const {
+    return any_limited_ && is_past_bounces(scene_, light, bounces);
+  }
   void find_by_hit(int index);
   void find_by_light_sample(int t, Sampler& sampler);
   void find_by_connection(int s, int t);
@@ -164,7 +179,7 @@ class BidirectionalWalks {
   double light_walks_;
   float margin_;  ///< around the film: half the width of the pixel filter
   int max_vertices_;
-  bool has_subsurface_, enters_after_diffuse_ = false;  ///< of the scene
+  bool has_subsurface_, enters_after_diffuse_ = false, any_limited_;  ///< of the scene
   std::vector<WalkVertex> eye_, light_;
   std::vector<PathVertex> staying_;  ///< of the eye; index: that of the vertex
   int eye_count_ = 0, light_count_ = 0;
@@ -180,6 +195,7 @@ class BidirectionalWalks {
   float time_ = 0.0f;
   float alpha_ = 0.0f;
   Color merged_{0.0f}, glow_{0.0f};
+  std::vector<Color> merged_of_groups_;
   bool enters_first_ = false;
   bool for_photons_ = false;  ///< the light walk ends where a photon's path would end
   uint64_t rays_ = 0, refused_ = 0;

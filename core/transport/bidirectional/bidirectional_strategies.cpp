@@ -148,7 +148,9 @@ void BidirectionalWalks::find_by_hit(int index) {
       if (j >= 2) d.from_light[j] = k == 0 ? 0.0 : double(eye_[size_t(k)].rev);
       d.joinable[j] = k == 0 || !eye_[size_t(k)].vertex.specular;
     }
-    weight = d.weight(0, light_walks_);
+    weight = is_limited(hit.light, t - 2)
+                 ? double(weight_past_bounces(light, end.vertex, hit.edge, end.scattering.pdf_to_light))
+                 : d.weight(0, light_walks_);
     // Walks from the eye must not hit lights whose multiple importance sampling is off. The other strategies count such
     // lights fully.
     if (!(d.from_eye[0] > 0.0) || !is_linked(scene_, hit.light, end.vertex)) weight = 0.0;
@@ -165,6 +167,7 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   const Vec2 u = sampler.get_2d();
   PathVertex& light = sampled_lights_[size_t(t)];
   if (!sample_light(scene_, b, sampler.get_1d(), u, light)) return;
+  if (is_limited(light, t - 2)) return;
   if (leaves_out(t, true) && sends_photons(scene_, light)) return;
   PathEdge edge = join(light, b);
   const LightEnd light_side = light_end(scene_, light, b, edge, guide);
@@ -213,6 +216,7 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
   const PathVertex &a = from.vertex, &b = to.vertex;
   if (!a.connectable() || !b.connectable()) return;
   if ((only_strategy >= 0 && only_strategy != s) || leaves_class(t)) return;
+  if (is_limited(light_[0].vertex, s + t - 3)) return;
   PathEdge edge = join(a, b);
   if (!(edge.inverse_square > 0.0f)) return;
   Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
@@ -257,6 +261,7 @@ void BidirectionalWalks::find_by_lens(int s) {
   if (!a.connectable()) return;
   if (only_strategy >= 0 && only_strategy != s) return;
   if (!shows_on_film(a.point)) return;
+  if (is_limited(light_[0].vertex, s - 2)) return;
   const auto film = scene_.camera().film_of(lens_.point.barycentric, a.position(), time_);
   if (!film || film->x < -margin_ || film->y < -margin_ || film->x > float(scene_.camera().width()) + margin_ ||
       film->y > float(scene_.camera().height()) + margin_)

@@ -66,6 +66,8 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
       [&](const tbb::blocked_range2d<int>& tiles) {
         Rays& rays = counted.local();
         Sampler sampler(Sampler::Kind::Sobol, seed_);
+        LightOfGroups groups(space.scene, film);
+        LightOfGroups* const wanted = groups.any() ? &groups : nullptr;
         for (int y = tiles.rows().begin() * kTile; y < std::min(tiles.rows().end() * kTile, film.height()); ++y) {
           for (int x = tiles.cols().begin() * kTile; x < std::min(tiles.cols().end() * kTile, film.width()); ++x) {
             if (stop.load(std::memory_order_relaxed)) return;
@@ -76,13 +78,14 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
               SampleRecord record;
               SampleAux* const aux = record.begin(film, px, py);
               const Vec2 at = Vec2(float(px) + 0.5f, float(py) + 0.5f) + space.filter.sample(sampler.get_2d());
-              DirectSample sample = trace_direct_paths(space.scene, space.media, at, sampler, aux, rays.own, merging);
-              if (further_.active())
+              groups.begin();
+              DirectSample sample = trace_direct_paths(space.path_scene(), at, sampler, aux, rays.own, merging, wanted);
+              if (further_.active() && !wanted)
                 sample.radiance = further_.mean_with(sample.radiance, sample.polished, luminance(sample.merged), px, py,
                                                      [&](Vec2 further_at, Sampler& further) {
-                                                       return trace_direct_paths(space.scene, space.media, further_at,
+                                                       return trace_direct_paths(space.path_scene(), further_at,
                                                                                  further, nullptr, rays.further,
-                                                                                 nullptr)
+                                                                                 nullptr, nullptr)
                                                            .radiance;
                                                      });
               if (glows) {
@@ -95,8 +98,9 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
               }
               if (below_.active())
                 sample.radiance += below.local().sample(at, merging ? std::optional(merging->time()) : std::nullopt,
-                                                        sampler, pixel, s);
-              film.add_sample(px, py, sample.radiance + sample.merged, sample.alpha, aux);
+                                                        sampler, pixel, s, wanted);
+              if (film.add_sample(px, py, sample.radiance + sample.merged, sample.alpha, aux) && wanted)
+                film.add_parts(px, py, groups.parts());
             }
           }
         }

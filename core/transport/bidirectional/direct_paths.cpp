@@ -26,16 +26,17 @@ struct Walk {
 /// The state of one sample.
 class DirectTracer {
  public:
-  DirectTracer(const Scene& scene, const PathMedia* media, Sampler& sampler, SampleAux* aux, uint64_t& rays,
-               const VertexMerging* merging)
-      : scene_(scene),
-        media_(media),
-        limits_(scene.settings().bounces),
+  DirectTracer(const PathScene& where, Sampler& sampler, SampleAux* aux, uint64_t& rays, const VertexMerging* merging,
+               LightOfGroups* groups)
+      : scene_(where.scene),
+        media_(where.media),
+        limits_(scene_.settings().bounces),
         max_vertices_(max_path_vertices(limits_)),
         sampler_(sampler),
         aux_(aux),
         rays_(rays),
-        merging_(merging) {}
+        merging_(merging),
+        groups_(groups) {}
 
   DirectSample trace(Vec2 film) {
     float density;
@@ -108,8 +109,7 @@ class DirectTracer {
       found_.polished = found_.polished || has_sharp_lobe(bsdf);
 
       if (vertex_.connectable()) {
-        if (merging_ && i >= 2 && vertex_.stores_photons() && !has_subsurface)
-          found_.merged += beta * merging_->radiance(vertex_, i);
+        if (merging_ && i >= 2 && vertex_.stores_photons() && !has_subsurface) merge(beta, i);
         sampler_.set_dimension(base + kLight);
         look_for_light(beta);
       }
@@ -177,13 +177,26 @@ class DirectTracer {
       if (!end.can_be_hit_from(previous_)) return;
       weight = power_heuristic(pdf_to_light_ * edge.to_light_area(), end.pdf_sampled);
     }
-    found_.radiance += carried * light_.shading.emission * weight;
+    add_found(carried * light_.shading.emission * weight);
+  }
+
+  /// Adds light of light_.
+  void add_found(Color light) {
+    found_.radiance += light;
+    if (groups_) groups_->add(scene_, light_, light);
+  }
+
+  void merge(Color beta, int i) {
+    found_.merged += beta * merging_->radiance(vertex_, i);
+    for (int g = 0; groups_ && g < groups_->size(); ++g)
+      groups_->add(g, beta * merging_->radiance_of_group(vertex_, i, g));
   }
 
   /// Samples a light at vertex_.
   void look_for_light(Color beta) {
     const Vec2 u = sampler_.get_2d();
     if (!sample_light(scene_, vertex_, sampler_.get_1d(), u, light_)) return;
+    if (is_past_bounces(scene_, light_, vertex_.point.ray_depth)) return;
     PathEdge edge = join(light_, vertex_);
     const LightEnd end = light_end(scene_, light_, vertex_, edge, nullptr);
     if (!(end.pdf_sampled > 0.0f)) return;
@@ -199,11 +212,10 @@ class DirectTracer {
     if (!is_black(direct) && look_along({scene_, media_}, light_, vertex_, edge, rays_)) {
       if (end.can_be_hit_from(vertex_))
         direct *= power_heuristic(end.pdf_sampled, scattered.pdf_solid_angle * edge.to_light_area());
-      found_.radiance += direct * edge.transmittance / end.pdf_sampled;
+      add_found(direct * edge.transmittance / end.pdf_sampled);
     } else {
-      found_.radiance += beta *
-                         light_beyond_terminator({scene_, media_}, light_, vertex_, edge, end, scattered.f_cos, rays_) /
-                         end.pdf_sampled;
+      add_found(beta * light_beyond_terminator({scene_, media_}, light_, vertex_, edge, end, scattered.f_cos, rays_) /
+                end.pdf_sampled);
     }
   }
 
@@ -215,6 +227,7 @@ class DirectTracer {
   SampleAux* aux_;
   uint64_t& rays_;
   const VertexMerging* merging_;
+  LightOfGroups* groups_;
   DirectSample found_;
   PathVertex previous_, vertex_, light_;
   /// Density of the walk's direction after a bounce that is not specular, for MIS with light sampling; 0 otherwise.
@@ -224,9 +237,9 @@ class DirectTracer {
 
 }  // namespace
 
-DirectSample trace_direct_paths(const Scene& scene, const PathMedia* media, Vec2 film, Sampler& sampler, SampleAux* aux,
-                                uint64_t& rays, const VertexMerging* merging) {
-  return DirectTracer(scene, media, sampler, aux, rays, merging).trace(film);
+DirectSample trace_direct_paths(const PathScene& where, Vec2 film, Sampler& sampler, SampleAux* aux, uint64_t& rays,
+                                const VertexMerging* merging, LightOfGroups* groups) {
+  return DirectTracer(where, sampler, aux, rays, merging, groups).trace(film);
 }
 
 }  // namespace ajar

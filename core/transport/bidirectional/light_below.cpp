@@ -30,24 +30,27 @@ LightBelow::Walker::Walker(const LightBelow& owner, const PathSpace& space)
   walks_.guide = space.guide;
 }
 
-Color LightBelow::Walker::found(Vec2 film, Sampler& sampler) {
+Color LightBelow::Walker::found(Vec2 film, Sampler& sampler, LightOfGroups* groups) {
   Color sum(0.0f);
-  for (const FoundPath& path : walks_.sample(film, sampler)) sum += path.contribution;
+  for (const FoundPath& path : walks_.sample(film, sampler)) {
+    sum += path.contribution;
+    if (groups) groups->add(scene_, walks_.light_of(path), path.contribution);
+  }
   return sum;
 }
 
-Color LightBelow::Walker::sample(Vec2 film, std::optional<float> time, Sampler& sampler, uint32_t pixel,
-                                 uint32_t index) {
+Color LightBelow::Walker::sample(Vec2 film, std::optional<float> time, Sampler& sampler, uint32_t pixel, uint32_t index,
+                                 LightOfGroups* groups) {
   sampler.set_dimension(kLens);
   walks_.lens_point = scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
   walks_.pass_time = time ? *time : sample_time(scene_, sampler);
   const uint64_t before = walks_.rays();
-  Color sum = found(film, sampler);
+  Color sum = found(film, sampler, groups);
   if (!walks_.enters_first()) return sum;
-  const uint32_t count = owner_.walks_, first = owner_.further_ + (index - owner_.samples_) * (count - 1);
+  const uint32_t count = groups ? 1 : owner_.walks_, first = owner_.further_ + (index - owner_.samples_) * (count - 1);
   for (uint32_t i = 0; i + 1 < count; ++i) {
     further_.start(pixel, first + i);
-    sum += found(film, further_);
+    sum += found(film, further_, nullptr);
   }
   ++work_.samples;
   work_.walks += count;

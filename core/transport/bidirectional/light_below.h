@@ -5,6 +5,7 @@
 #pragma once
 
 #include "transport/bidirectional/bidirectional.h"
+#include "transport/paths/light_of_groups.h"
 #include "transport/paths/path.h"
 
 namespace ajar {
@@ -24,13 +25,14 @@ class LightBelow {
    public:
     Walker(const LightBelow& owner, const PathSpace& space);
     /// An estimate at a point of the film. `time`: of the photons that are looked up; empty: each sample draws its own.
-    /// `pixel` and `index` number the sample.
-    Color sample(Vec2 film, std::optional<float> time, Sampler& sampler, uint32_t pixel, uint32_t index);
+    /// `pixel` and `index` number the sample. `groups`: null, or it receives the light of each group of a single walk.
+    Color sample(Vec2 film, std::optional<float> time, Sampler& sampler, uint32_t pixel, uint32_t index,
+                 LightOfGroups* groups);
     uint64_t rays() const { return walks_.rays(); }
 
    private:
     friend class LightBelow;
-    Color found(Vec2 film, Sampler& sampler);
+    Color found(Vec2 film, Sampler& sampler, LightOfGroups* groups);
 
     const LightBelow& owner_;
     const Scene& scene_;

@@ -122,7 +122,8 @@ bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vec
         };
         part.behind.push_back({uint8_t(before), since_first(vertex.point.diffuse_depth, first.diffuse_depth),
                                since_first(vertex.point.glossy_depth, first.glossy_depth),
-                               since_first(vertex.point.transmission_depth, first.transmission_depth)});
+                               since_first(vertex.point.transmission_depth, first.transmission_depth),
+                               walks.light_of_photon()});
       });
     }
   });
@@ -172,6 +173,13 @@ float VertexMerging::counted(const PathVertex& vertex, int place, const Behind& 
 Color VertexMerging::radiance(const PathVertex& vertex, int place) const {
   return map_.radiance(vertex.point, vertex.shading.bsdf, {kNeighbours, radius_},
                        [&](uint32_t i, Vec3 to_light) { return counted(vertex, place, behind_[i], to_light); });
+}
+
+Color VertexMerging::radiance_of_group(const PathVertex& vertex, int place, int group) const {
+  return map_.radiance(vertex.point, vertex.shading.bsdf, {kNeighbours, radius_}, [&](uint32_t i, Vec3 to_light) {
+    const Behind& behind = behind_[i];
+    return scene_->light_group(behind.light) == group ? counted(vertex, place, behind, to_light) : 0.0f;
+  });
 }
 
 uint64_t VertexMerging::rays() const {

@@ -51,6 +51,8 @@ class VertexMerging {
   /// Light by unconnectable paths that leaves vertex number `place` of a walk from the eye (1: the first) towards the
   /// vertex before. There must be at least one vertex before it, and all of them must be specular.
   Color radiance(const PathVertex& vertex, int place) const;
+  /// The part of it that is light of a light group of the scene.
+  Color radiance_of_group(const PathVertex& vertex, int place, int group) const;
 
   uint64_t rays() const;
   /// Photons that were left out because their flux was not finite.
@@ -65,6 +67,7 @@ class VertexMerging {
   /// Vertices before the photon in its path, and its scattering events by kind without the one next to the light.
   struct Behind {
     uint8_t vertices, diffuse, glossy, transmission;
+    uint32_t light;  ///< where the photon comes from
   };
   struct Workers;
 

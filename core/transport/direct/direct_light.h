@@ -6,6 +6,7 @@
 #pragma once
 
 #include "film/film.h"
+#include "sampling/power_heuristic.h"
 #include "sampling/sampler.h"
 #include "scene/scene.h"
 #include "transport/guiding/guided_bsdf.h"
@@ -64,14 +65,6 @@ inline DirectVertex vertex_of(DirectVertex here, const ShadingPoint& point, cons
 /// Number of dimensions of a path's sampler for direct light, starting at `first`: one for the choice, two for the
 /// point.
 constexpr uint32_t kDirectDimensions = 3;
-
-/// Power heuristic with exponent 2 for two densities of the same measure [Veach 1997, eq. 9.13].
-inline float power_heuristic(float pdf_a, float pdf_b) {
-  // Compute the ratio first, because squares of large densities overflow.
-  if (!(pdf_a > 0.0f)) return 0.0f;
-  const float ratio = pdf_b / pdf_a;
-  return 1.0f / (1.0f + ratio * ratio);
-}
 
 /// With fewer lights, the random number that chooses a light is used again for the point on it. So points that are
 /// stratified together stay stratified on each light. With more lights, too few bits would remain.

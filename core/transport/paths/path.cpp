@@ -146,6 +146,8 @@ bool PathSpace::complete(Path& path, int first, int last) const {
       bounces.add(path.vertices[size_t(i)], path.to_eye(i), path.to_light(i), path.vertices[size_t(i)].specular);
     f *= double(bounces.factor());
   }
+  if (is_past_bounces(scene, path.vertices[0], n - 3)) [[unlikely]]
+    f *= double(weight_past_bounces(path.light, path.vertices[1], path.edges[0], path.scattering[1].pdf_to_light));
   path.target = path.energy() * double(here);
   if (!(path.target > 0.0) || !std::isfinite(path.target)) {
     path.target = 0.0;

@@ -5,6 +5,7 @@
 
 #include "film/filter.h"
 #include "lights/lamp.h"
+#include "sampling/power_heuristic.h"
 #include "shading/bsdf/closures.h"
 #include "transport/paths/light_walk_guide.h"
 #include "transport/paths/ray_events.h"
@@ -189,6 +190,21 @@ MediaStack stack_towards(const Scene& scene, const PathMedia& media, const PathV
 /// Whether a vertex is inside the sphere of a lamp. Lamps do not block light, so it sees the sphere from inside.
 static bool is_within(const Light& lamp, const PathVertex& vertex) {
   return !vertex.distant && length_squared(vertex.position() - lamp.position) <= lamp.radius * lamp.radius;
+}
+
+bool is_past_bounces(const Scene& scene, const PathVertex& light, int bounces) {
+  const LightSet& lights = scene.lights();
+  return lights.any_limited() && light.light >= 0 && bounces > lights.flags(uint32_t(light.light)).max_bounces;
+}
+
+float weight_past_bounces(const LightEnd& light, const PathVertex& next, const PathEdge& edge, float pdf_to_light) {
+  if (!light.can_be_hit_from(next)) return 0.0f;
+  return next.specular ? 1.0f : power_heuristic(pdf_to_light * edge.to_light_area(), light.pdf_sampled);
+}
+
+int light_group_of(const Scene& scene, const PathVertex& light) {
+  if (light.light >= 0) return scene.light_group(uint32_t(light.light));
+  return light.point.object ? scene.light_group_of(*light.point.object) : -1;
 }
 
 LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge,

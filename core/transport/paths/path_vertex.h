@@ -151,7 +151,9 @@ float pass_probability(const ShaderProgram& program, Color transparency);
 
 /// Whether photons start here. Paths from other lights can be found only by walks from the eye.
 inline bool sends_photons(const Scene& scene, const PathVertex& light) {
-  return light.light >= 0 && !light.distant && scene.lights().power_pmf(uint32_t(light.light)) > 0.0f;
+  const LightSet& lights = scene.lights();
+  return light.light >= 0 && !light.distant && lights.power_pmf(uint32_t(light.light)) > 0.0f &&
+         !(lights.any_limited() && lights.flags(uint32_t(light.light)).max_bounces < scene.settings().bounces.total);
 }
 
 /// The contributions of the light end and of the camera to a path, and the densities with which they are found.
@@ -173,6 +175,15 @@ struct LightEnd {
 };
 LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge,
                    const LightWalkGuide* guide);
+
+/// Whether the light is not sampled any more after `bounces` vertices that scatter (LightFlags::max_bounces). Rays still
+/// hit it, with the weight that they would have beside light sampling (`weight_past_bounces`). Only walks from the eye
+/// find such light.
+bool is_past_bounces(const Scene& scene, const PathVertex& light, int bounces);
+/// The weight of a hit of such a light. `next` is its neighbour, `pdf_to_light` the density of the direction there.
+float weight_past_bounces(const LightEnd& light, const PathVertex& next, const PathEdge& edge, float pdf_to_light);
+/// Index of the light group of a light (Scene::light_groups); -1: none.
+int light_group_of(const Scene& scene, const PathVertex& light);
 
 /// Pixels^2 per solid angle along the last edge (see Camera::film_density).
 inline float lens_density(const Scene& scene, const PathEdge& last, float time) {

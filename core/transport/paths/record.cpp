@@ -160,6 +160,18 @@ SampleAux* record_surface(const Scene& scene, const ShadingPoint& point, const B
   return first ? &now : nullptr;
 }
 
+void record_medium(Vec3 direction, Color before, Color after, bool scatters, SampleAux* aux) {
+  if (!aux || aux->has_guides) return;
+  Color passed(0.0f);  // the albedo of the medium, or the part of the light that passes
+  for (int c = 0; c < 3; ++c)
+    if (before[c] > 0.0f) passed[c] = std::clamp(after[c] / before[c], 0.0f, 4.0f);
+  aux->guide_throughput *= passed;
+  if (!scatters) return;
+  aux->guide_albedo = aux->guide_throughput;
+  aux->guide_normal = -direction;
+  aux->has_guides = true;
+}
+
 void record_world(const Scene& scene, Vec3 direction, Color beta, SampleAux& aux) {
   if (aux.has_first) return;
   ShadingPoint point;

@@ -26,6 +26,10 @@ inline SampleAux* record_vertex(const Scene& scene, const ShadingPoint& point, c
   return aux ? record_surface(scene, point, bsdf, beta, behind, aux) : nullptr;
 }
 
+/// Records what the guides of a denoiser need of a medium on a path from the eye. Its light scatters there, or passes;
+/// the throughput was `before` and becomes `after`.
+void record_medium(Vec3 direction, Color before, Color after, bool scatters, SampleAux* aux);
+
 /// The part of record_background for paths with AOVs.
 void record_world(const Scene& scene, Vec3 direction, Color beta, SampleAux& aux);
 /// Records the AOVs of the world for a ray that leaves the scene, `seen` if it comes from the camera.

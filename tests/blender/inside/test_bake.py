@@ -156,9 +156,50 @@ def test_selected_to_active_bakes_the_other_object(build, square, target):
     np.testing.assert_allclose(pixels.reshape(-1, 4)[:, :3], np.broadcast_to([0.1, 0.9, 0.2], (SIZE * SIZE, 3)), atol=2e-3)
 
 
-def test_a_kind_that_ajar_does_not_bake_is_an_error_with_its_name(square, target):
-    with pytest.raises(RuntimeError, match="Shadow"):
-        baked(square, target, "SHADOW")
+def test_a_kind_that_ajar_does_not_bake_is_an_error_with_its_name():
+    from ajar_render import bake
+    with pytest.raises(bake.CannotBake, match="Whatever"):
+        bake.passes_for("WHATEVER", 0)
+
+
+def shadowed(build, square, target, albedo: float) -> bpy.types.Object:
+    """A square of half the size floats over the baked one and has its shadow."""
+    above = build.object(build.mesh("Above", vertices=((-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0))), "Above")
+    above.data.materials.append(diffuse(build, 3 * (albedo,), target))
+    square.rotation_euler, square.location = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    above.location.z = 0.5
+    return above
+
+
+def test_shadow_is_the_light_relative_to_that_without_the_other_objects(build, square, target):
+    """The centre of a black blocker of 1 m at 0.5 m, below a lamp at 2.5 m: its shadow is 1.25 m wide. The shadow of Cycles in Blender 3 is the same."""
+    shadowed(build, square, target, 0.0)
+    lamp(build, location=(0.0, 0.0, 2.5))
+    bpy.context.view_layer.update()
+    farthest = np.abs(places(square)[..., :2]).max(axis=-1)
+    ours, theirs = (baked(square, target, "SHADOW", engine) for engine in ("AJAR", "CYCLES"))
+    inside, outside = farthest < 0.55, farthest > 0.7
+    assert (ours[inside] == 0.0).all() and (theirs[inside] == 0.0).all()
+    np.testing.assert_allclose(ours[outside], 1.0, atol=1e-3)
+    np.testing.assert_allclose(theirs[outside], 1.0, atol=1e-3)
+
+
+def test_shadow_has_the_light_of_the_world(build, square, target):
+    """Half of the light of a lamp and a world remains, and a bright blocker adds light."""
+    shadowed(build, square, target, 0.8)
+    world = bpy.data.worlds.new("World")
+    bpy.context.scene.world = world
+    world.use_nodes = False
+    world.color = (0.5, 0.5, 0.5)
+    lamp(build, location=(0.0, 0.0, 2.5))
+    above = bpy.data.objects["Above"]
+    lit = baked(square, target, "COMBINED", samples=256)
+    shadow = baked(square, target, "SHADOW", samples=256)
+    above.hide_render = True
+    alone = baked(square, target, "COMBINED", samples=256)
+    assert 0.02 < shadow.min() < 0.4
+    np.testing.assert_allclose(shadow, lit / alone, rtol=0.15, atol=0.03)
+    assert abs(shadow.mean() - (lit / alone).mean()) < 0.01
 
 
 def test_the_environment_is_seen_from_the_origin(build, square, target):
@@ -227,6 +268,41 @@ def test_the_scene_is_exported_once_for_several_images(build, square, target, mo
     other.pixels.foreach_get(pixels)
     np.testing.assert_allclose(pixels.reshape(-1, 4)[:, :3], np.broadcast_to([0.1, 0.2, 0.3], (SIZE * SIZE, 3)), atol=2e-3)
     assert len(exports) == 1
+
+
+@pytest.mark.parametrize(("in_interface", "displaced"), [(True, False), (True, True), (False, False)])
+def test_selected_objects_share_one_export_unless_one_is_displaced(build, square, target, in_interface, displaced, monkeypatch):
+    """Two squares above the active one, a red one and a green one, each over its half. The handlers are those that Blender calls for a bake of the interface."""
+    from ajar_render import bake
+    square.rotation_euler, square.location = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    others = []
+    for name, x, colour in (("Left", -1, (0.9, 0.1, 0.1)), ("Right", 0, (0.1, 0.9, 0.1))):
+        other = build.object(build.mesh(name, vertices=((x, -1, 0), (x + 1, -1, 0), (x + 1, 1, 0), (x, 1, 0))), name, location=(0, 0, 0.1))
+        other.data.materials.append(diffuse(build, colour, target))
+        others.append(other)
+    if displaced:
+        nodes, links = others[1].data.materials[0].node_tree.nodes, others[1].data.materials[0].node_tree.links
+        links.new(nodes.new("ShaderNodeDisplacement").outputs[0], nodes["Material Output"].inputs["Displacement"])
+    exports = []
+    original = bake.export_scene
+    monkeypatch.setattr(bake, "export_scene", lambda *more, **named: exports.append(1) or original(*more, **named))
+    scene = bpy.context.scene
+    scene.render.engine, scene.ajar.samples = "AJAR", 1
+    for thing in (*others, square):
+        thing.select_set(True)
+    bpy.context.view_layer.objects.active = square
+    for _ in range(2):   # a scene is never kept for the next bake
+        exports.clear()
+        if in_interface:
+            bake._begin()
+        bpy.ops.object.bake(type="DIFFUSE", pass_filter={"COLOR"}, use_selected_to_active=True, cage_extrusion=0.3, margin=0)
+        bake._end()
+        assert len(exports) == (1 if in_interface and not displaced else 2)
+    pixels = np.empty(SIZE * SIZE * 4, dtype=np.float32)
+    target.pixels.foreach_get(pixels)
+    pixels = pixels.reshape(SIZE, SIZE, 4)[..., :3]
+    np.testing.assert_allclose(pixels[:, :SIZE // 2], np.broadcast_to([0.9, 0.1, 0.1], (SIZE, SIZE // 2, 3)), atol=2e-3)
+    np.testing.assert_allclose(pixels[:, SIZE // 2:], np.broadcast_to([0.1, 0.9, 0.1], (SIZE, SIZE // 2, 3)), atol=2e-3)
 
 
 @pytest.mark.parametrize("fault", ["no UV map", "no size"])

@@ -5,6 +5,10 @@ from types import SimpleNamespace
 import bpy
 import pytest
 from ajar_render import compat
+from ajar_render.export import KnownObjects, MeshCache, export_scene
+from ajar_render.headless import Options
+from ajar_render.viewport import Viewport
+from mathutils import Matrix
 
 
 def collection(*entries, children=(), name="Links"):
@@ -137,6 +141,45 @@ def test_an_object_that_allows_both_is_left_out_if_both_hold(build, scene, expor
     scene.ajar.use_camera_cull = scene.ajar.use_distance_cull = True
     scene.ajar.distance_cull_margin = 10.0
     assert sorted(shown(export())) == ["Behind", "Kept", "Seen"]
+
+
+def test_culling_does_nothing_with_stereoscopy(build, scene, export):
+    culled_scene(build, scene)
+    scene.ajar.use_camera_cull = scene.render.use_multiview = True
+    assert len(shown(export())) == 4
+
+
+def test_culling_also_holds_with_persistent_data(build, scene):
+    culled_scene(build, scene)
+    scene.ajar.use_camera_cull = True
+    caches = MeshCache(), KnownObjects()
+    for _ in range(2):
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        context = export_scene(depsgraph, Options(), ["Combined"], depsgraph.scene_eval.camera, lambda: False, lambda step: None, caches=caches)
+        assert sorted(shown(context.description)) == ["Kept", "Seen"]
+
+
+def seen_in_view(build, place) -> list[str]:
+    """What a 3D view exports that looks down at `place` from 10 m, with an angle of 45 degrees to each side."""
+    frame = Matrix.Translation((*place, 10.0))
+    region = SimpleNamespace(width=100, height=100)
+    region_3d = SimpleNamespace(view_matrix=frame.inverted(), view_perspective="PERSP",
+                                window_matrix=Matrix(((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, -1, -0.2), (0, 0, -1, 0))))
+    space = SimpleNamespace(use_render_border=False, clip_start=0.1, clip_end=100.0, local_view=None, use_local_collections=False, use_local_camera=False)
+    bpy.context.scene.update_tag()  # the dependency graph does not notice settings that a script changes
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    depsgraph.update()
+    shown_view = Viewport()
+    shown_view.update(SimpleNamespace(region=region, region_data=region_3d, space_data=space), depsgraph)
+    return shown(shown_view._description)
+
+
+def test_a_view_culls_by_its_own_camera(build, scene):
+    culled_scene(build, scene)
+    assert len(seen_in_view(build, (0.0, 0.0))) == 4
+    scene.ajar.use_camera_cull = True
+    assert sorted(seen_in_view(build, (0.0, 0.0))) == ["Behind", "Kept", "Seen"]   # what is behind the camera of the scene is below the view
+    assert sorted(seen_in_view(build, (30.0, 0.0))) == ["Beside", "Kept"]
 
 
 def test_culling_without_a_camera_is_reported(build, scene, export_context):

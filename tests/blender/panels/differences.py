@@ -48,6 +48,8 @@ REPLACED = {
     **{("CyclesRenderSettings", name): ("AjarSceneSettings", name) for name in ("use_camera_cull", "camera_cull_margin", "use_distance_cull", "distance_cull_margin")},
     **{("CyclesObjectSettings", name): ("AjarObjectSettings", name) for name in ("use_camera_cull", "use_distance_cull")},
     **{("CyclesRenderSettings", name): ("AjarSceneSettings", name) for name in ("rolling_shutter_type", "rolling_shutter_duration")},
+    **{("CyclesRenderSettings", name): ("AjarSceneSettings", name) for name in ("texture_limit", "texture_limit_render", "texture_resolution", "texture_resolution_render")},
+    ("CyclesRenderLayerSettings", "pass_render_time"): ("AjarViewLayerSettings", "use_pass_render_time"),
     ("CyclesRenderSettings", "film_transparent_glass"): ("AjarSceneSettings", "transparent_glass"),
     ("CyclesRenderSettings", "film_transparent_roughness"): ("AjarSceneSettings", "transparent_glass_roughness"),
     **{("CyclesMaterialSettings", name): ("AjarMaterialSettings", name) for name in ("use_transparent_shadow", "use_bump_map_correction")},
@@ -72,8 +74,7 @@ MNEE = "setting of the shadow caustics of Cycles; Ajar finds caustics without ma
 
 ABSENT = {
     **{("CyclesRenderSettings", name): REPORTED for name in (
-        "use_fast_gi", "fast_gi_method", "ao_bounces", "ao_bounces_render", "texture_limit", "texture_limit_render", "texture_resolution",
-        "texture_resolution_render", "sample_offset", "use_sample_subset", "sample_subset_length",
+        "use_fast_gi", "fast_gi_method", "ao_bounces", "ao_bounces_render", "sample_offset", "use_sample_subset", "sample_subset_length",
         "blur_glossy")},
     **{("CyclesRenderSettings", name): NOISE for name in (
         "adaptive_min_samples", "use_preview_adaptive_sampling", "preview_adaptive_threshold", "preview_adaptive_min_samples", "sampling_pattern",
@@ -108,12 +109,11 @@ ABSENT = {
     ("CyclesRenderLayerSettings", "denoising_pass_follow_reflections"): "Denoising Data always follows reflections",
     ("CyclesRenderLayerSettings", "denoising_pass_use_albedo_roughness_weighting"): "detail of Cycles' Denoising Data",
     **{("CyclesRenderLayerSettings", name): REPORTED for name in (
-        "use_pass_volume_scatter", "use_pass_volume_transmit", "use_pass_volume_majorant", "pass_render_time")},
+        "use_pass_volume_scatter", "use_pass_volume_transmit", "use_pass_volume_majorant")},
     ("CyclesRenderLayerSettings", "use_denoising"): DENOISER,
     **{("ViewLayer", name): REPORTED for name in (
         "use_pass_shadow", "use_pass_subsurface_direct", "use_pass_subsurface_indirect", "use_pass_subsurface_color", "use_pass_grease_pencil")},
     ("ViewLayer", "use_pass_cryptomatte_accurate"): "setting of Eevee",
-    **{("CameraStereoData", name): "spherical stereo is reported" for name in ("use_spherical_stereo", "use_pole_merge", "pole_merge_angle_from", "pole_merge_angle_to")},
     **{("Object", f"shadow_terminator_{name}_offset"): REPORTED for name in ("shading", "normal")},
     ("RenderSettings", "preview_pixel_size"): "views of Ajar always begin with large pixels",
     ("RenderSettings", "hair_type"): "setting of Eevee",

@@ -41,12 +41,12 @@ READ = {
     "CyclesRenderSettings": "use_layer_samples",
     "World": "color use_nodes node_tree mist_settings lightgroup cycles cycles_visibility",
     "WorldMistSettings": "start depth falloff",
-    "Camera": "type sensor_* angle* clip_start clip_end lens ortho_scale shift_x shift_y dof cycles panorama_type fisheye_* latitude_* longitude_*",
+    "Camera": "type sensor_* angle* clip_start clip_end lens ortho_scale shift_x shift_y dof stereo cycles panorama_type fisheye_* latitude_* longitude_*",
     "CameraDOFSettings": "*",
     "Material": "use_nodes node_tree diffuse_color pass_index displacement_method use_transparent_shadow cycles",
 }
 REPORTED = {
-    "Camera": "custom_* cycles_custom central_cylindrical_* stereo",
+    "Camera": "custom_* cycles_custom central_cylindrical_*",
     "ViewLayer": "use_pass_subsurface_*",
 }
 NO_MEANING = {
@@ -122,10 +122,10 @@ NO_MEANING_OF_NODES = {
 }
 PASSES = {
     "read": {"Combined", "Depth", "Mist", "Position", "Normal", "UV", "IndexOB", "IndexMA", "Object Index", "Material Index", "DiffDir", "DiffInd", "DiffCol", "GlossDir", "GlossInd", "GlossCol",
-             "TransDir", "TransInd", "TransCol", "VolumeDir", "VolumeInd", "Emit", "Env", "Emission", "Environment", "Debug Sample Count", "Noisy Image", "Vector", "AO", "Ambient Occlusion", "CryptoObject", "CryptoMaterial", "CryptoAsset",
+             "TransDir", "TransInd", "TransCol", "VolumeDir", "VolumeInd", "Emit", "Env", "Emission", "Environment", "Debug Sample Count", "Render Time", "Noisy Image", "Vector", "AO", "Ambient Occlusion", "CryptoObject", "CryptoMaterial", "CryptoAsset",
              *(f"{kind} {part}" for kind in ("Diffuse", "Glossy", "Transmission") for part in ("Direct", "Indirect", "Color")), "Volume Direct", "Volume Indirect"},
     "reported": {"Shadow", "Shadow Catcher", "Noisy Shadow Catcher", "SubsurfaceDir", "SubsurfaceInd", "SubsurfaceCol", "Volume Scatter", "Volume Transmit",
-                 "Volume Majorant", "Render Time",
+                 "Volume Majorant",
                  *(f"Denoising {name}" for name in ("Normal", "Albedo", "Depth", "Specular Albedo", "Roughness"))},
 }
 TABLE = Path(__file__).with_name("inventory.tsv")

@@ -149,6 +149,14 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(grouped))), to_bytes(grouped));
   EXPECT_NE(to_bytes(grouped), written);
   for (char version : {'2', '9', 'A', 'H'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(grouped, version))), written);
+  SceneDescription stereo = d;
+  stereo.images[0].size_limit = 128;
+  stereo.images[0].resolution = 0.5f;
+  stereo.camera.stereo = {0.1f, 2.0f, 0.5f, 1.0f};
+  EXPECT_EQ(from_bytes(to_bytes(stereo)).camera.stereo, stereo.camera.stereo);
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(stereo))), to_bytes(stereo));
+  EXPECT_NE(to_bytes(stereo), written);
+  for (char version : {'2', '9', 'A', 'L'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(stereo, version))), written);
   std::vector<char> bytes = to_bytes(d);
   bytes[7] = '1';
   EXPECT_THROW(from_bytes(bytes), SceneError);

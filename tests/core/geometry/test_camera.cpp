@@ -49,6 +49,50 @@ TEST(Camera, orthographic_rays_are_parallel) {
   EXPECT_NEAR(ray.origin.z, -0.5f, 1e-5f);
 }
 
+// The camera looks along y, so that the right eye is at +x of the centre for the ray in the middle.
+TEST(Camera, an_eye_of_spherical_stereoscopy_is_beside_each_ray) {
+  for (const CameraKind kind : {CameraKind::Perspective, CameraKind::Panorama}) {
+    SceneDescription d;
+    fixtures::set_camera(d, Vec3(0, -5, 0), Vec3(0), 100);
+    d.camera.kind = kind;
+    if (kind == CameraKind::Panorama) d.camera.screen_window = Vec4(0, 1, 0, 1);
+    const Camera centre(d.camera, 100, 100);
+    d.camera.stereo.offset = 0.1f;
+    const Camera right(d.camera, 100, 100);
+    d.camera.stereo.convergence = 2.0f;
+    const Camera converging(d.camera, 100, 100);
+    for (const Vec2 film : {Vec2(50, 50), Vec2(20, 60), Vec2(90, 30)}) {
+      const Ray from = centre.generate_ray(film, Vec2(0.5f), 0.0f), ray = right.generate_ray(film, Vec2(0.5f), 0.0f),
+                meets = converging.generate_ray(film, Vec2(0.5f), 0.0f);
+      const Vec3 moved = ray.origin - from.origin;
+      EXPECT_NEAR(glm::length(moved), 0.1f, 1e-6f);
+      EXPECT_NEAR(moved.z, 0.0f, 1e-6f);
+      EXPECT_NEAR(glm::dot(moved, from.direction), 0.0f, 1e-6f);
+      EXPECT_GT(glm::dot(moved, glm::cross(from.direction, Vec3(0, 0, 1))), 0.0f);
+      EXPECT_LT(glm::length(ray.direction - from.direction), 1e-6f);
+      const Vec3 target = from.origin + 2.0f * from.direction, towards = target - meets.origin;
+      EXPECT_LT(glm::length(glm::normalize(towards) - meets.direction), 1e-5f);
+    }
+    EXPECT_FALSE(right.finds_film(0.0f));
+  }
+}
+
+TEST(Camera, eyes_of_spherical_stereoscopy_merge_towards_the_poles) {
+  SceneDescription d;
+  fixtures::set_camera(d, Vec3(0, -5, 0), Vec3(0), 100);
+  d.camera.kind = CameraKind::Panorama;
+  d.camera.screen_window = Vec4(0, 1, 0, 1);
+  d.camera.stereo = {0.1f, 0.0f, 0.25f * kPi, 0.375f * kPi};
+  const Camera camera(d.camera, 100, 100);
+  const auto moved = [&](float altitude) {
+    const Ray ray = camera.generate_ray(Vec2(50, 50.0f + 100.0f * altitude / kPi), Vec2(0.5f), 0.0f);
+    return glm::length(ray.origin - Vec3(0, -5, 0));
+  };
+  EXPECT_NEAR(moved(0.2f * kPi), 0.1f, 1e-5f);
+  EXPECT_NEAR(moved(0.3125f * kPi), 0.1f * std::sqrt(0.5f), 1e-5f);
+  EXPECT_NEAR(moved(0.4f * kPi), 0.0f, 1e-6f);
+}
+
 TEST(Camera, scale_of_the_camera_object_changes_nothing) {
   SceneDescription d;
   fixtures::set_camera(d, Vec3(0, -5, 0), Vec3(0), 100);

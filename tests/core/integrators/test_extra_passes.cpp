@@ -1,5 +1,6 @@
 // Cryptomatte, AOVs, light groups, ambient occlusion and motion vectors in whole renders.
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <map>
 
@@ -9,6 +10,7 @@
 #include "integrators/integrator.h"
 #include "math/name_hash.h"
 #include "render/session.h"
+#include "statistical.h"
 #include "transport_scenes.h"
 
 namespace ajar::test_extra_passes_of_renders {
@@ -234,15 +236,103 @@ TEST(LightParts, their_sum_is_the_image_in_every_feature_scene_also_in_volumes) 
   EXPECT_GT(volume, 0.1);
 }
 
+// Bidirectional path tracing with and without photons for the caustics that are seen through the glass.
+TEST(LightGroups, techniques_of_paths_find_the_groups_of_path_tracing) {
+  SceneDescription d = layers();
+  d.settings.samples = 128;
+  add_object(d, cube(), add_diffuse(d, Color(0.2f), Color(2.0f, 1.0f, 0.5f)), moved(Vec3(-0.1f, -0.4f, -0.4f), 0.1f));
+  d.objects.back().light_group = "glow";
+  d.lights[0].light_group = "key";
+  d.world.light_group = "sky";
+  const std::vector<std::string> groups{"Combined_glow", "Combined_key", "Combined_sky"};
+  using Means = std::map<std::string, RunningMoments>;
+  const auto render = [&](const std::string& integrator, uint32_t first_seed) {
+    Means means;
+    for (uint32_t seed = first_seed; seed < first_seed + 16; ++seed) {
+      d.settings.seed = seed;
+      Diagnostics diagnostics;
+      const Passes found = render_passes(d, groups, integrator, &diagnostics);
+      for (const Diagnostic& diagnostic : diagnostics)
+        EXPECT_EQ(diagnostic.message.find("stay black"), std::string::npos) << integrator;
+      for (const std::string& group : groups) {
+        double sum = 0.0;
+        for (const float value : found.at(group)) sum += double(value);
+        means[group].add(sum);
+      }
+      for (size_t i = 0; i < size_t(kSize) * kSize; ++i)
+        for (size_t c = 0; c < 3; ++c) {
+          float sum = 0.0f;
+          for (const std::string& group : groups) sum += found.at(group)[3 * i + c];
+          EXPECT_NEAR(sum, found.at("Combined")[4 * i + c], 1e-4f * (1.0f + sum)) << integrator;
+        }
+    }
+    return means;
+  };
+  Means expected = render("path", 100);
+  const std::vector<std::pair<std::string, Merging>> techniques{{"bdpt", Merging::Off},
+                                                                {"bdpt", Merging::On},
+                                                                {"erpt", Merging::Off},
+                                                                {"metropolis", Merging::On},
+                                                                {"pmc_pt", Merging::Off}};
+  for (const auto& [integrator, merging] : techniques) {
+    d.settings.vertex_merging = merging;
+    Means found = render(integrator, 200);
+    for (const std::string& group : groups) {
+      const RunningMoments &ours = found[group], &theirs = expected[group];
+      EXPECT_TRUE(statistical::means_agree(theirs, ours, {0.01, 15}))
+          << integrator << " " << group << " " << theirs.mean() << " " << ours.mean();
+      EXPECT_LT(std::sqrt(ours.variance_of_mean() + theirs.variance_of_mean()), 0.02 * theirs.mean())
+          << integrator << " " << group << " inconclusive";
+    }
+  }
+}
+
+// A pilot would choose by the whole image, and its techniques do not separate light.
+TEST(LightGroups, auto_chooses_path_tracing) {
+  SceneDescription d = grey_room(32);
+  d.lights.push_back(point_light(Vec3(-0.3f, 0.2f, 0.6f), 8.0f));
+  d.lights[0].light_group = "key";
+  d.settings.samples = 512;
+  d.settings.threads = 2;
+  d.settings.integrator = "auto";
+  d.settings.passes = {"Combined", "Combined_key"};
+  Session session;
+  session.start(std::move(d));
+  EXPECT_TRUE(session.wait(kHang));
+  EXPECT_NE(session.statistics_json().find("passes of parts of the light are asked for"), std::string::npos);
+  const std::vector<float> image = session.snapshot("Combined"), key = session.snapshot("Combined_key");
+  EXPECT_GT(key[0], 0.0f);
+  EXPECT_NEAR(key[0], image[0], 1e-4f * image[0]);
+}
+
 TEST(LightGroups, integrators_that_do_not_separate_light_report_it) {
   SceneDescription d = layers();
   d.settings.samples = 1;
   d.lights[0].light_group = "key";
   Diagnostics diagnostics;
-  render_passes(d, {"Combined_key"}, "bdpt", &diagnostics);
+  render_passes(d, {"Combined_key"}, "photon_map", &diagnostics);
   EXPECT_TRUE(std::any_of(diagnostics.begin(), diagnostics.end(), [](const Diagnostic& diagnostic) {
     return diagnostic.message.find("Combined_key") != std::string::npos;
   }));
+}
+
+// The sum over the pixels is the time that the threads have needed, without the build and the waiting.
+TEST(RenderTime, is_that_of_the_samples) {
+  SceneDescription d = layers();
+  d.settings.threads = 1;
+  for (const char* integrator : {"path", "bdpt", "photon_map", "erpt"}) {
+    d.settings.photons = 1000;
+    const auto start = std::chrono::steady_clock::now();
+    const std::vector<float> time = render_passes(d, {"Render Time"}, integrator).at("Render Time");
+    const double whole = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    double sum = 0.0;
+    for (const float milliseconds : time) {
+      EXPECT_GT(milliseconds, 0.0f);
+      sum += 1e-3 * double(milliseconds);
+    }
+    EXPECT_LT(sum, whole) << integrator;
+    EXPECT_GT(sum, (std::string(integrator) == "path" ? 0.5 : 0.02) * whole) << integrator;
+  }
 }
 
 TEST(Occlusion, is_one_on_an_open_floor_and_less_below_a_roof) {

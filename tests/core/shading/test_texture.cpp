@@ -379,4 +379,52 @@ TEST(Texture, unknown_color_spaces_are_approximated_and_reported) {
   EXPECT_NE(diagnostics[0].message.find("Filmic sRGB"), std::string::npos);
 }
 
+TEST(Texture, larger_images_are_halved_until_they_fit_the_limit) {
+  // 5 x 2 pixels: the last column fills no square.
+  std::vector<float> pixels;
+  for (int i = 0; i < 10; ++i) pixels.insert(pixels.end(), {float(i), 0.0f, 1.0f, 1.0f});
+  ImageDescription image = linear_pixels(5, 2, pixels);
+  image.size_limit = 4;
+  TextureStore store = store_of(image);
+  const Texture* halved = load(store);
+  EXPECT_EQ(halved->width(), 2);
+  EXPECT_EQ(halved->height(), 1);
+  EXPECT_EQ(halved->lookup(Vec2(0.25f, 0.5f), Interpolation::Closest, Extension::Extend),
+            Vec4(0.25f * (0 + 1 + 5 + 6), 0, 1, 1));
+  EXPECT_EQ(halved->lookup(Vec2(0.75f, 0.5f), Interpolation::Closest, Extension::Extend),
+            Vec4(0.25f * (2 + 3 + 7 + 8), 0, 1, 1));
+  EXPECT_EQ(texture_bytes(image), 10u * 4u * sizeof(float) / 4u);
+  image.size_limit = 5;
+  TextureStore whole = store_of(image);
+  EXPECT_EQ(load(whole)->width(), 5);
+}
+
+TEST(Texture, a_resolution_is_rounded_down_to_a_power_of_two) {
+  std::vector<float> pixels(size_t(8) * 8 * 4, 0.5f);
+  for (const auto& [resolution, width] :
+       {std::pair(1.0f, 8), {0.9f, 4}, {0.5f, 4}, {0.3f, 2}, {0.25f, 2}, {1e-5f, 1}}) {
+    ImageDescription image = linear_pixels(8, 8, pixels);
+    image.resolution = resolution;
+    TextureStore store = store_of(image);
+    EXPECT_EQ(load(store)->width(), width) << resolution;
+  }
+  ImageDescription both = linear_pixels(8, 8, pixels);
+  both.resolution = 0.5f;
+  both.size_limit = 2;
+  TextureStore store = store_of(both);
+  EXPECT_EQ(load(store)->width(), 2);
+}
+
+TEST(Texture, bytes_are_averaged_as_they_are_stored) {
+  const Directory directory;
+  const std::string path = directory.file("grey.png");
+  write<uint8_t>(path, 2, 2, 1, OIIO::TypeDesc::UINT8, {0, 255, 255, 255});
+  ImageDescription image;
+  image.path = path;
+  image.size_limit = 1;
+  TextureStore store = store_of(image);
+  const Vec4 seen = load(store)->lookup(Vec2(0.5f), Interpolation::Closest, Extension::Extend);
+  EXPECT_NEAR(seen.x, float(srgb_to_linear(191.0 / 255.0)), 1e-5f);
+}
+
 }  // namespace ajar::test_texture

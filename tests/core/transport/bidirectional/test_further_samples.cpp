@@ -184,7 +184,7 @@ TEST(SpecularBranches, every_sample_contains_the_reflection_of_a_lamp_in_glass) 
         trace_seen_light(*scene, scene->camera().generate_ray(Vec2(0.5f), Vec2(0.5f), 0.0f), sampler, rays))));
     sampler.start(1, i);
     direct.add(
-        double(luminance(trace_direct_paths(*scene, nullptr, Vec2(0.5f), sampler, nullptr, rays, nullptr).radiance)));
+        double(luminance(trace_direct_paths({*scene}, Vec2(0.5f), sampler, nullptr, rays, nullptr, nullptr).radiance)));
   }
   const auto path = make_integrator("path");
   path->prepare(scene, 5);
@@ -236,7 +236,7 @@ TEST(DirectPass, further_samples_and_branches_keep_the_mean) {
         sampler.start(pixel, i);
         const Vec2 at = Vec2(float(pixel % kSize) + 0.5f, float(pixel / kSize) + 0.5f) +
                         space.filter.sample(sampler.get_2d());
-        sum += double(luminance(trace_direct_paths(*scene, nullptr, at, sampler, nullptr, rays, nullptr).radiance));
+        sum += double(luminance(trace_direct_paths({*scene}, at, sampler, nullptr, rays, nullptr, nullptr).radiance));
       }
     plain.add(sum / (kSize * kSize * kSamples));
     further += pass.rays() - rays;
