@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <string>
+#include <vector>
 
 namespace ajar::platform {
 
@@ -16,6 +18,14 @@ uint64_t peak_memory_bytes();
 double cpu_seconds();
 /// The number of this process.
 uint64_t process_id();
+/// The path of a file whose name is UTF-8, as all names in Ajar are. Windows reads plain texts as its own code page.
+std::filesystem::path file_path(const std::string& name);
+/// As std::fopen, for a name in UTF-8.
+std::FILE* open_file(const std::string& name, const char* mode);
+/// As std::remove, for a name in UTF-8. A file that is not there is ignored.
+void remove_file(const std::string& name);
+/// The arguments of a program in UTF-8, without its name.
+std::vector<std::string> arguments(int argc, char** argv);
 /// Writes what the system holds back of a file to the disk. Returns false if that fails, with the reason in errno.
 bool flush_to_disk(std::FILE* file);
 /// Writes a file with a new name, with this ending, in the folder for temporary files. Returns its path; empty: failed.

@@ -2,11 +2,11 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <map>
 
 #include "description/diagnostics.h"
 #include "math/half.h"
+#include "platform/platform.h"
 #include "shading/images/color_spaces.h"
 #include "shading/images/image_file.h"
 #include "shading/images/texture.h"
@@ -128,7 +128,7 @@ void convert(std::vector<uint8_t>& texels, const Conversion& c) {
 std::filesystem::file_time_type file_time(const ImageDescription& image) {
   std::error_code error;
   if (image.path.empty()) return {};
-  const auto time = std::filesystem::last_write_time(image.path, error);
+  const auto time = std::filesystem::last_write_time(platform::file_path(image.path), error);
   return error ? std::filesystem::file_time_type{} : time;
 }
 
