@@ -226,6 +226,7 @@ int render(const Files& files, const Changes& changes) {
 int run(const std::vector<std::string>& arguments) {
   CLI::App app("Renders a scene that was saved as a description. Options override the settings of the file.",
                "ajar-render");
+  app.allow_windows_style_options(false);  // a path may begin with a slash
   Files files;
   std::vector<std::string> paths;
   bool merges = false;

@@ -55,7 +55,7 @@ std::string AtomicFile::commit() {
   if (std::fclose(file_) != 0) fail();
   file_ = nullptr;
   std::error_code error;
-  if (error_.empty()) std::filesystem::rename(platform::file_path(unfinished_), platform::file_path(path_), error);
+  if (error_.empty()) error = platform::replace_file(unfinished_, path_);
   if (error) error_ = error.message();
   if (!error_.empty()) platform::remove_file(unfinished_);
   return error_;

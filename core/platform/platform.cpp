@@ -10,6 +10,7 @@
 #include <io.h>
 #include <psapi.h>
 #include <shellapi.h>
+#include <tbb/global_control.h>
 #else
 #include <dlfcn.h>
 #include <sys/resource.h>
@@ -38,6 +39,25 @@ std::string text_of(const std::filesystem::path& path) {
 
 std::FILE* open_file(const std::string& name, const char* mode) {
   return _wfopen(file_path(name).c_str(), std::filesystem::path(mode).c_str());
+}
+
+std::error_code replace_file(const std::string& from, const std::string& to) {
+  // Windows refuses as long as another process replaces or reads the file.
+  constexpr int kTries = 200;
+  std::error_code error;
+  for (int i = 0; i < kTries; ++i) {
+    std::filesystem::rename(file_path(from), file_path(to), error);
+    if (error != std::errc::permission_denied) break;
+    Sleep(10);
+  }
+  return error;
+}
+
+void keep_task_threads() {
+  // The last thread that has used TBB waits for TBB's threads when it ends, and those wait for it to end: the system
+  // ends one thread at a time.
+  static auto* kept = new tbb::task_scheduler_handle(tbb::attach{});
+  (void)kept;
 }
 
 std::vector<std::string> arguments(int, char**) {
@@ -99,6 +119,14 @@ void* find_function(void* library, const char* name) {
 #else
 
 std::FILE* open_file(const std::string& name, const char* mode) { return std::fopen(name.c_str(), mode); }
+
+std::error_code replace_file(const std::string& from, const std::string& to) {
+  std::error_code error;
+  std::filesystem::rename(file_path(from), file_path(to), error);
+  return error;
+}
+
+void keep_task_threads() {}
 
 std::vector<std::string> arguments(int argc, char** argv) { return {argv + 1, argv + argc}; }
 

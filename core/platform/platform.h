@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace ajar::platform {
@@ -24,6 +25,10 @@ std::filesystem::path file_path(const std::string& name);
 std::FILE* open_file(const std::string& name, const char* mode);
 /// As std::remove, for a name in UTF-8. A file that is not there is ignored.
 void remove_file(const std::string& name);
+/// As std::filesystem::rename, for names in UTF-8: a file that is there is replaced at once. Returns why it failed.
+std::error_code replace_file(const std::string& from, const std::string& to);
+/// Keeps the threads of TBB until the process ends, where a thread must not wait for others when it ends.
+void keep_task_threads();
 /// The arguments of a program in UTF-8, without its name.
 std::vector<std::string> arguments(int argc, char** argv);
 /// Writes what the system holds back of a file to the disk. Returns false if that fails, with the reason in errno.
