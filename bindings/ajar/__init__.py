@@ -13,11 +13,9 @@ from __future__ import annotations
 
 from pathlib import Path as _Path
 
-from .processor import folder_of as _folder_of
-from .system import use_libraries_of as _use_libraries_of
+from .processor import prepare as _prepare
 
-_use_libraries_of(_Path(__file__).parent / "lib")
-__path__ = [str(_folder_of(_Path(__file__).parent)), *__path__]
+__path__ = [str(_prepare(_Path(__file__).parent)), *__path__]
 
 from . import denoiser  # noqa: F401
 from ._ajar import *  # noqa: F403

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from .system import LEVELS, processor_flags
+from .system import LEVELS, processor_flags, use_libraries_of
 
 VARIABLE = "AJAR_INSTRUCTION_SET"
 
@@ -32,3 +32,9 @@ def folder_of(package: Path) -> Path:
     """Returns the folder of the compiled module: the package itself if it was built for one machine."""
     available = {level for level in LEVELS if (package / level).is_dir()}
     return package / choose(available, processor_flags(), os.environ.get(VARIABLE)) if available else package
+
+
+def prepare(package: Path) -> Path:
+    """Returns the folder of the compiled module, which can be imported from now on."""
+    use_libraries_of(package / "lib")
+    return folder_of(package)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ MIN_SAME = 0.97          # of all pixels
 MAX_DIFFERENCE = 5e-3    # of the means of the pictures
 
 
-def render(command: list[object], picture: Path) -> float:
+def render(command: Sequence[object], picture: Path) -> float:
     """Render the scene and return the seconds that it took."""
     start = time.monotonic()
     subprocess.run([*map(str, command), str(SCENE), str(picture), "--samples", str(SAMPLES)], check=True, capture_output=True)

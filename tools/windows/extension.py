@@ -15,7 +15,7 @@ from pathlib import Path
 import libraries
 
 sys.path.insert(0, str(libraries.ROOT / "tools" / "extension"))
-import build  # noqa: E402
+import build
 
 LEVEL = "x86-64-v3"
 TREE = libraries.WORK / "ajar"
