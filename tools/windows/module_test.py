@@ -64,7 +64,8 @@ def run(version: str, arguments: list[str]) -> int:
     """Run Python under Wine. Its standard streams must be pipes there."""
     folder = prepare(version)
     paths = [WORK / "ajar" / "python", folder / "site"]
-    environment = {**os.environ, "PYTHONPATH": ";".join(f"Z:{path}" for path in paths), "PYTHONDONTWRITEBYTECODE": "1", "AJAR_BUILD": f"Z:{WORK / 'ajar'}"}
+    environment = {**os.environ, "PYTHONPATH": ";".join(f"Z:{path}" for path in paths), "PYTHONDONTWRITEBYTECODE": "1", "AJAR_BUILD": f"Z:{WORK / 'ajar'}",
+                   "AJAR_DENOISER": f"Z:{libraries.PREFIX / 'oidn' / 'OpenImageDenoise.dll'}"}
     command = [ROOT / "tools" / "windows" / "wine.sh", folder / "python.exe", "-S", *arguments]
     process = subprocess.Popen(list(map(str, command)), env=environment, cwd=ROOT, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     with process:

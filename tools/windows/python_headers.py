@@ -11,7 +11,7 @@ import subprocess
 from pathlib import Path
 
 # PyAPI_FUNC(type) name(...) and PyAPI_DATA(type) name; types can contain brackets of one depth.
-DECLARED = re.compile(r"\bPyAPI_(FUNC|DATA)\((?:[^()]|\([^()]*\))*\)\s*(\w+)")
+DECLARED = re.compile(r"\bPyAPI_(FUNC|DATA)\((?:[^()]|\([^()]*\))*\)\s*(_?Py\w+)")
 COMPILER = '#define COMPILER "[gcc]"\n'
 
 
