@@ -51,9 +51,10 @@ windows-test:
 	@tools/setup.sh windows
 	@tools/windows/test.sh
 
-# out/ajar-*-windows-x64-untested.zip, of what windows-test has built. Nobody has run it in Blender yet.
+# out/ajar-*-windows-x64-untested.zip, of what windows-test has built, and tests of its module in official Python under Wine. Nobody has run it in Blender yet.
 windows-extension: windows-test
 	@/usr/bin/python3 tools/windows/extension.py
+	@/usr/bin/python3 tools/windows/module_test.py
 
 # out/release: a folder for any web server, from which Blender installs and updates the extension. It is written only if the zips work in all Blenders at hand.
 release: extension install

@@ -107,7 +107,7 @@ std::string write_temporary(const void* bytes, size_t count, const std::string& 
 
 void* load_library(const std::string& file) {
   // With the libraries beside it, if the file is named with its folder.
-  const std::filesystem::path path = file_path(file);
+  const std::filesystem::path path = file_path(file).make_preferred();
   const HMODULE library = LoadLibraryExW(path.c_str(), nullptr, path.is_absolute() ? LOAD_WITH_ALTERED_SEARCH_PATH : 0);
   if (library == nullptr)
     throw std::runtime_error("cannot load " + file + ": error " + std::to_string(GetLastError()) + " of Windows");

@@ -175,6 +175,8 @@ def take_headers(embree: Path) -> None:
     shutil.rmtree(parts, ignore_errors=True)
     subprocess.run(["dpkg-deb", "-x", embree, parts], check=True)
     shutil.copytree(parts / "usr/include/embree4", PREFIX / "include" / "embree4", dirs_exist_ok=True)
+    (PREFIX / "licenses").mkdir(exist_ok=True)
+    shutil.copy2(parts / "usr/share/doc/libembree-dev/copyright", PREFIX / "licenses" / "Embree.txt")
     for name in HEADERS:
         link = PREFIX / "include" / name
         link.unlink(missing_ok=True)

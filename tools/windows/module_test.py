@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Runs the module for Windows in official Python under Wine: tests/bindings in Python 3.11, an import and a picture in 3.11 and 3.13.
+"""Runs the module for Windows in official Python under Wine: a picture by the module of the zip in Python 3.11 and 3.13, and tests/bindings in 3.11.
 
     build/windows/python3.*/python.exe    starts the DLL of Python; its library Lib is that of the source of Python
 """
@@ -15,6 +15,8 @@ from pathlib import Path
 
 import libraries
 from libraries import ROOT, WORK, dependencies
+
+TREE = WORK / "ajar"
 
 LAUNCHER = """#include <wchar.h>
 __declspec(dllimport) int Py_Main(int, wchar_t **);
@@ -60,11 +62,11 @@ def prepare(version: str) -> Path:
     return folder
 
 
-def run(version: str, arguments: list[str]) -> int:
-    """Run Python under Wine. Its standard streams must be pipes there."""
+def run(version: str, arguments: list[str], package: Path = TREE / "python") -> int:
+    """Run Python under Wine, which imports Ajar from the folder `package`. Its standard streams must be pipes there."""
     folder = prepare(version)
-    paths = [WORK / "ajar" / "python", folder / "site"]
-    environment = {**os.environ, "PYTHONPATH": ";".join(f"Z:{path}" for path in paths), "PYTHONDONTWRITEBYTECODE": "1", "AJAR_BUILD": f"Z:{WORK / 'ajar'}",
+    paths = [package, folder / "site"]
+    environment = {**os.environ, "PYTHONPATH": ";".join(f"Z:{path}" for path in paths), "PYTHONDONTWRITEBYTECODE": "1", "AJAR_BUILD": f"Z:{TREE}",
                    "AJAR_DENOISER": f"Z:{libraries.PREFIX / 'oidn' / 'OpenImageDenoise.dll'}"}
     command = [ROOT / "tools" / "windows" / "wine.sh", folder / "python.exe", "-S", *arguments]
     process = subprocess.Popen(list(map(str, command)), env=environment, cwd=ROOT, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
@@ -79,10 +81,14 @@ def run(version: str, arguments: list[str]) -> int:
 def main() -> None:
     if len(sys.argv) > 2:                       # a version and the arguments of Python
         sys.exit(run(sys.argv[1], sys.argv[2:]))
-    library = WORK / "ajar" / "python" / "ajar" / "lib"
+    library = TREE / "python" / "ajar" / "lib"
     library.unlink(missing_ok=True)
     library.symlink_to(libraries.PREFIX / "bin")
-    codes = [run(version, ["-c", CHECK]) for version in libraries.PYTHONS]
+    unpacked = WORK / "unpacked"
+    shutil.rmtree(unpacked, ignore_errors=True)
+    with zipfile.ZipFile(max((ROOT / "out").glob("ajar-*-windows-x64-untested.zip"), key=os.path.getmtime)) as archive:
+        archive.extractall(unpacked)
+    codes = [run(version, ["-c", CHECK], unpacked) for version in libraries.PYTHONS]
     codes.append(run("3.11", ["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/bindings"]))
     if any(codes):
         raise SystemExit(f"exit codes {codes}")
