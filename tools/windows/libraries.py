@@ -194,11 +194,15 @@ def main() -> None:
         sys.exit(EXIT_UNREACHABLE)
     for folder in ("include", "lib", "bin", "state"):
         (PREFIX / folder).mkdir(parents=True, exist_ok=True)
-    take_headers(archives["libembree-dev"])
-    take_wheels()
-    dependencies.unpack_opensubdiv(archives["opensubdiv"], PREFIX)
-    for version in PYTHONS:
-        python_headers.take_python(version, unpack(archives[f"python{version}"], WORK / "source" / f"python{version}"), PREFIX / f"python{version}")
+    locks = b"".join(path.read_bytes() for path in (*sorted(HERE.glob("*.lock")), Path(__file__), Path(python_headers.__file__)))
+    taken, stamp = hashlib.sha256(locks).hexdigest(), PREFIX / "state" / "headers"
+    if not stamp.is_file() or stamp.read_text() != taken:   # new times of headers would let everything be compiled again
+        take_headers(archives["libembree-dev"])
+        take_wheels()
+        dependencies.unpack_opensubdiv(archives["opensubdiv"], PREFIX)
+        for version in PYTHONS:
+            python_headers.take_python(version, unpack(archives[f"python{version}"], WORK / "source" / f"python{version}"), PREFIX / f"python{version}")
+        stamp.write_text(taken)
     for library in LIBRARIES:
         state = hashlib.sha256(repr((library, archives[library.name].name)).encode()).hexdigest()
         stamp = PREFIX / "state" / library.name
