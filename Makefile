@@ -16,7 +16,7 @@ PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all release farm-test extension compat coverage manual pictures newest profile render lint test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
+.PHONY: all windows-test windows-extension release farm-test extension compat coverage manual pictures newest profile render lint test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
 all: build
 
 setup:
@@ -45,6 +45,16 @@ lint:
 extension:
 	@tools/setup.sh extension
 	@/usr/bin/python3 tools/extension/build.py
+
+# The core for Windows, and its tests under Wine. The first run builds the libraries, for about half an hour.
+windows-test:
+	@tools/setup.sh windows
+	@tools/windows/test.sh
+
+# out/ajar-*-windows-x64-untested.zip, of what windows-test has built, and tests of its module in official Python under Wine. Nobody has run it in Blender yet.
+windows-extension: windows-test
+	@/usr/bin/python3 tools/windows/extension.py
+	@/usr/bin/python3 tools/windows/module_test.py
 
 # out/release: a folder for any web server, from which Blender installs and updates the extension. It is written only if the zips work in all Blenders at hand.
 release: extension install

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iostream>
@@ -16,6 +15,7 @@
 #include "description/archive.h"
 #include "description/settings_table.h"
 #include "film/image_io.h"
+#include "platform/platform.h"
 #include "render/session.h"
 
 namespace {
@@ -150,12 +150,13 @@ volatile std::sig_atomic_t ended_by = 0;
 std::optional<Checkpoint> checkpoint_to_continue(const Files& files) {
   if (!files.resume.empty()) return load_checkpoint(files.resume);
   std::error_code ignored;
-  if (files.continued.empty() || !std::filesystem::exists(files.continued, ignored)) return std::nullopt;
+  if (files.continued.empty() || !std::filesystem::exists(platform::file_path(files.continued), ignored))
+    return std::nullopt;
   try {
     return load_checkpoint(files.continued);
   } catch (const SceneError& error) {
     std::cerr << error.what() << " It is moved to " << files.continued << ".damaged; the render starts again.\n";
-    std::filesystem::rename(files.continued, files.continued + ".damaged");
+    std::filesystem::rename(platform::file_path(files.continued), platform::file_path(files.continued + ".damaged"));
     return std::nullopt;
   }
 }
@@ -217,13 +218,15 @@ int render(const Files& files, const Changes& changes) {
   if (!files.checkpoint.empty() && !write_checkpoint(session, scene, files.checkpoint)) return 1;
   if (ended_by != 0) return 128 + ended_by;
   write_image(files.output, {session.width(), session.height(), 4, session.snapshot("Combined")});
-  if (!files.statistics.empty()) std::ofstream(files.statistics) << session.statistics_json() << "\n";
+  if (!files.statistics.empty())
+    std::ofstream(platform::file_path(files.statistics)) << session.statistics_json() << "\n";
   return 0;
 }
 
-int run(int argc, char** argv) {
+int run(const std::vector<std::string>& arguments) {
   CLI::App app("Renders a scene that was saved as a description. Options override the settings of the file.",
                "ajar-render");
+  app.allow_windows_style_options(false);  // a path may begin with a slash
   Files files;
   std::vector<std::string> paths;
   bool merges = false;
@@ -251,7 +254,7 @@ int run(int argc, char** argv) {
   Changes changes;
   add_options<RenderSettings>(app, changes, "", [](RenderSettings& settings) -> RenderSettings& { return settings; });
   try {
-    app.parse(argc, argv);
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes them from the end
     if (merges ? paths.size() < 3 : paths.size() != 2)
       throw CLI::ValidationError("files", merges ? "--merge needs OUTPUT, MERGED and checkpoints"
                                                  : "a scene and an output are needed, and nothing else");
@@ -269,7 +272,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return run(argc, argv);
+    return run(ajar::platform::arguments(argc, argv));
   } catch (const std::exception& exception) {
     std::cerr << "ajar-render: " << exception.what() << "\n";
     return 1;

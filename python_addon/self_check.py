@@ -35,7 +35,7 @@ def _word(value: bytes | str) -> str:
 
 def _packaged() -> list[str]:
     """The Python versions and processors for which there are modules."""
-    modules = sorted((Path(__file__).parent / "ajar").rglob("_ajar.*.so"))
+    modules = sorted(path for path in (Path(__file__).parent / "ajar").rglob("_ajar.*") if path.suffix in (".so", ".pyd"))
     return [f"Modules inside: {', '.join(f'{path.parent.name}/{path.name}' for path in modules) or 'none'}",
             f"Module wanted: for {sys.implementation.cache_tag}"]
 
@@ -45,9 +45,8 @@ def _renderer() -> list[str]:
 
     versions = ", ".join(f"{name} {version}" for name, version in sorted(ajar.library_versions().items()))
     found = [f"Ajar {ajar.version}, {ajar.instruction_set}, from {ajar._ajar.__file__}", f"Its libraries: {versions}"]
-    maps = Path("/proc/self/maps").read_text(encoding="utf-8", errors="replace").splitlines()
-    files = {Path(line.split(None, 5)[-1]).name for line in maps if ".so" in line}
-    others = sorted(name for name in files if not name.startswith("libajar_")
+    files = {Path(path).name for path in ajar.system.loaded_libraries()}
+    others = sorted(name for name in files if not name.startswith(("libajar_", "ajar_", "ajtbb"))
                     and any(word in name.lower() for word in ("embree", "tbb", "openimageio", "openimagedenoise")))
     found.append(f"Others in this process: {', '.join(others) or 'none'}")
     brightness = _render(ajar)

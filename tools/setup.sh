@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs missing Debian packages. Requires root rights only if packages are missing. `setup.sh test` adds the packages for tests, `bench` for
 # benchmarks, `lint` for the checks of the sources, `fuzz` Clang, `pictures` for screenshots of the manual, `sanitize` for building TBB, `extension`
-# for packing and testing the extension.
+# for packing and testing the extension, `windows` the compiler for Windows and Wine.
 set -eu
 packages="g++ cmake ninja-build libembree-dev libosd-dev libopenimageio-dev libopenexr-dev libglm-dev libtbb-dev
  pybind11-dev python3-dev python3-numpy python3-openvdb python3-markdown nlohmann-json3-dev libcli11-dev"
@@ -16,6 +16,7 @@ case "${1:-}" in
   sanitize) packages="$packages libgtest-dev libboost-dev curl ca-certificates xz-utils" ;;
   pictures) packages="$packages xvfb python3-pil" ;;
   lint) packages="$packages python3-venv ca-certificates clang-format clang-tidy" ;;
+  windows) packages="$packages libboost-dev g++-mingw-w64-x86-64-posix wine64 nasm bzip2 xz-utils $extension" ;;
   fuzz) packages="$packages clang-16 libclang-rt-16-dev libgtest-dev libboost-dev" ;;
 esac
 missing=""

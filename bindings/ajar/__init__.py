@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from pathlib import Path as _Path
 
-from .processor import folder_of as _folder_of
+from .processor import prepare as _prepare
 
-__path__ = [str(_folder_of(_Path(__file__).parent)), *__path__]
+__path__ = [str(_prepare(_Path(__file__).parent)), *__path__]
 
 from . import denoiser  # noqa: F401
 from ._ajar import *  # noqa: F403

@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import ctypes.util
 import os
+import sys
 from pathlib import Path
 
 from ._ajar import DenoiseQuality, denoise_quality_for, denoise_seconds_per_ray, denoiser_version, load_denoiser
+from .system import loaded_libraries
 
 VARIABLE = "AJAR_DENOISER"
-NAME = "libOpenImageDenoise.so.2"
+NAME = "OpenImageDenoise.dll" if sys.platform == "win32" else "libOpenImageDenoise.so.2"
 BUNDLED = Path(__file__).parent / "lib" / "libajar_OpenImageDenoise.so"   # its symbols are renamed (tools/extension/isolate.py)
 SECONDS_PER_RAY = denoise_seconds_per_ray()   # of a core
 FREE_SECONDS = 5.0         # of a core: 2.5 seconds on two
@@ -18,12 +20,7 @@ _reasons: list[str] = []   # why the last `load` failed
 
 
 def _in_process() -> str | None:
-    try:
-        lines = Path("/proc/self/maps").read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        return None
-    paths = {line.split(None, 5)[-1] for line in lines}
-    return next((path for path in sorted(paths) if Path(path).name.startswith(NAME)), None)
+    return next((path for path in loaded_libraries() if Path(path).name.startswith(NAME)), None)
 
 
 def library_file() -> str | None:

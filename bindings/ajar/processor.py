@@ -5,19 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from .system import LEVELS, processor_flags, use_libraries_of
+
 VARIABLE = "AJAR_INSTRUCTION_SET"
-# The flags that each level adds to the one below (System V ABI for AMD64, 3.1.1), with the names of /proc/cpuinfo. The first level that runs is used.
-LEVELS = {
-    "x86-64-v3": {"avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"},
-    "x86-64-v2": {"cx16", "lahf_lm", "popcnt", "sse4_1", "sse4_2", "ssse3"},
-}
-
-
-def flags_of_processor(cpuinfo: Path = Path("/proc/cpuinfo")) -> set[str]:
-    for line in cpuinfo.read_text(encoding="ascii", errors="replace").splitlines():
-        if line.startswith("flags"):
-            return set(line.partition(":")[2].split())
-    return set()
 
 
 def choose(available: set[str], flags: set[str], wanted: str | None = None) -> str:
@@ -41,4 +31,10 @@ def choose(available: set[str], flags: set[str], wanted: str | None = None) -> s
 def folder_of(package: Path) -> Path:
     """Returns the folder of the compiled module: the package itself if it was built for one machine."""
     available = {level for level in LEVELS if (package / level).is_dir()}
-    return package / choose(available, flags_of_processor(), os.environ.get(VARIABLE)) if available else package
+    return package / choose(available, processor_flags(), os.environ.get(VARIABLE)) if available else package
+
+
+def prepare(package: Path) -> Path:
+    """Returns the folder of the compiled module, which can be imported from now on."""
+    use_libraries_of(package / "lib")
+    return folder_of(package)

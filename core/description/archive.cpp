@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <type_traits>
 
 #include "description/diagnostics.h"
 #include "description/settings_table.h"
 #include "platform/atomic_file.h"
+#include "platform/platform.h"
 
 namespace ajar {
 
@@ -452,13 +452,13 @@ void save_description(const SceneDescription& description, const std::string& pa
 }
 
 SceneDescription load_description(const std::string& path) {
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  std::ifstream file(platform::file_path(path), std::ios::binary | std::ios::ate);
   if (!file) throw SceneError("Cannot open the scene file '" + path + "'.");
   const std::streamoff size = file.tellg();
   file.seekg(0);
   // The size of a folder or a pipe has no meaning.
   std::error_code unknown;
-  if (!file || !std::filesystem::is_regular_file(path, unknown))
+  if (!file || !std::filesystem::is_regular_file(platform::file_path(path), unknown))
     throw SceneError("Cannot read the scene file '" + path + "'.");
   std::vector<char> bytes(static_cast<size_t>(size));
   file.read(bytes.data(), size);

@@ -3,7 +3,6 @@
 #include <bit>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <random>
 #include <system_error>
 
@@ -32,14 +31,14 @@ std::string own_name(const std::string& path) {
 }  // namespace
 
 AtomicFile::AtomicFile(const std::string& path) : path_(path), unfinished_(own_name(path)) {
-  file_ = std::fopen(unfinished_.c_str(), "wb");
+  file_ = platform::open_file(unfinished_, "wb");
   if (file_ == nullptr) fail();
 }
 
 AtomicFile::~AtomicFile() {
   if (file_ == nullptr) return;
   std::fclose(file_);
-  std::remove(unfinished_.c_str());
+  platform::remove_file(unfinished_);
 }
 
 void AtomicFile::fail() {
@@ -56,9 +55,9 @@ std::string AtomicFile::commit() {
   if (std::fclose(file_) != 0) fail();
   file_ = nullptr;
   std::error_code error;
-  if (error_.empty()) std::filesystem::rename(unfinished_, path_, error);
+  if (error_.empty()) error = platform::replace_file(unfinished_, path_);
   if (error) error_ = error.message();
-  if (!error_.empty()) std::remove(unfinished_.c_str());
+  if (!error_.empty()) platform::remove_file(unfinished_);
   return error_;
 }
 

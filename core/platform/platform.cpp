@@ -1,17 +1,16 @@
 #include "platform/platform.h"
 
 #include <cstdlib>
-#include <filesystem>
 #include <random>
 #include <stdexcept>
 
 #ifdef _WIN32
-#define WIN32_LEAN_AND_MEAN
-#define NOMINMAX
 #include <windows.h>
 // after windows.h
 #include <io.h>
 #include <psapi.h>
+#include <shellapi.h>
+#include <tbb/global_control.h>
 #else
 #include <dlfcn.h>
 #include <sys/resource.h>
@@ -20,7 +19,55 @@
 
 namespace ajar::platform {
 
+std::filesystem::path file_path(const std::string& name) { return std::u8string(name.begin(), name.end()); }
+
+void remove_file(const std::string& name) {
+  std::error_code ignored;
+  std::filesystem::remove(file_path(name), ignored);
+}
+
 #ifdef _WIN32
+
+namespace {
+
+std::string text_of(const std::filesystem::path& path) {
+  const std::u8string text = path.u8string();
+  return {text.begin(), text.end()};
+}
+
+}  // namespace
+
+std::FILE* open_file(const std::string& name, const char* mode) {
+  return _wfopen(file_path(name).c_str(), std::filesystem::path(mode).c_str());
+}
+
+std::error_code replace_file(const std::string& from, const std::string& to) {
+  // Windows refuses as long as another process replaces or reads the file.
+  constexpr int kTries = 200;
+  std::error_code error;
+  for (int i = 0; i < kTries; ++i) {
+    std::filesystem::rename(file_path(from), file_path(to), error);
+    if (error != std::errc::permission_denied) break;
+    Sleep(10);
+  }
+  return error;
+}
+
+void keep_task_threads() {
+  // The last thread that has used TBB waits for TBB's threads when it ends, and those wait for it to end: the system
+  // ends one thread at a time.
+  static auto* kept = new tbb::task_scheduler_handle(tbb::attach{});
+  (void)kept;
+}
+
+std::vector<std::string> arguments(int, char**) {
+  int count = 0;
+  wchar_t** texts = CommandLineToArgvW(GetCommandLineW(), &count);
+  std::vector<std::string> all;
+  for (int i = 1; i < count; ++i) all.push_back(text_of(texts[i]));
+  LocalFree(texts);
+  return all;
+}
 
 uint64_t memory_bytes() {
   MEMORYSTATUSEX status{};
@@ -49,17 +96,19 @@ bool flush_to_disk(std::FILE* file) { return std::fflush(file) == 0 && _commit(_
 std::string write_temporary(const void* bytes, size_t count, const std::string& ending) {
   std::random_device random;
   const std::string name = "ajar-" + std::to_string(random()) + std::to_string(random()) + ending;
-  const std::string path = (std::filesystem::temp_directory_path() / name).string();
-  std::FILE* file = std::fopen(path.c_str(), "wbx");
+  const std::string path = text_of(std::filesystem::temp_directory_path() / name);
+  std::FILE* file = open_file(path, "wbx");
   if (file == nullptr) return "";
   const bool written = std::fwrite(bytes, 1, count, file) == count;
   if (std::fclose(file) == 0 && written) return path;
-  std::remove(path.c_str());
+  remove_file(path);
   return "";
 }
 
 void* load_library(const std::string& file) {
-  const HMODULE library = LoadLibraryA(file.c_str());
+  // With the libraries beside it, if the file is named with its folder.
+  const std::filesystem::path path = file_path(file).make_preferred();
+  const HMODULE library = LoadLibraryExW(path.c_str(), nullptr, path.is_absolute() ? LOAD_WITH_ALTERED_SEARCH_PATH : 0);
   if (library == nullptr)
     throw std::runtime_error("cannot load " + file + ": error " + std::to_string(GetLastError()) + " of Windows");
   return reinterpret_cast<void*>(library);
@@ -70,6 +119,18 @@ void* find_function(void* library, const char* name) {
 }
 
 #else
+
+std::FILE* open_file(const std::string& name, const char* mode) { return std::fopen(name.c_str(), mode); }
+
+std::error_code replace_file(const std::string& from, const std::string& to) {
+  std::error_code error;
+  std::filesystem::rename(file_path(from), file_path(to), error);
+  return error;
+}
+
+void keep_task_threads() {}
+
+std::vector<std::string> arguments(int argc, char** argv) { return {argv + 1, argv + argc}; }
 
 uint64_t memory_bytes() {
   const long pages = sysconf(_SC_PHYS_PAGES), size = sysconf(_SC_PAGESIZE);
@@ -109,7 +170,7 @@ std::string write_temporary(const void* bytes, size_t count, const std::string& 
     at += n, left -= size_t(n);
   }
   if (::close(descriptor) == 0 && left == 0) return path;
-  std::remove(path.c_str());
+  remove_file(path);
   return "";
 }
 

@@ -4,7 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <string>
+#include <system_error>
+#include <vector>
 
 namespace ajar::platform {
 
@@ -16,6 +19,18 @@ uint64_t peak_memory_bytes();
 double cpu_seconds();
 /// The number of this process.
 uint64_t process_id();
+/// The path of a file whose name is UTF-8, as all names in Ajar are. Windows reads plain texts as its own code page.
+std::filesystem::path file_path(const std::string& name);
+/// As std::fopen, for a name in UTF-8.
+std::FILE* open_file(const std::string& name, const char* mode);
+/// As std::remove, for a name in UTF-8. A file that is not there is ignored.
+void remove_file(const std::string& name);
+/// As std::filesystem::rename, for names in UTF-8: a file that is there is replaced at once. Returns why it failed.
+std::error_code replace_file(const std::string& from, const std::string& to);
+/// Keeps the threads of TBB until the process ends, where a thread must not wait for others when it ends.
+void keep_task_threads();
+/// The arguments of a program in UTF-8, without its name.
+std::vector<std::string> arguments(int argc, char** argv);
 /// Writes what the system holds back of a file to the disk. Returns false if that fails, with the reason in errno.
 bool flush_to_disk(std::FILE* file);
 /// Writes a file with a new name, with this ending, in the folder for temporary files. Returns its path; empty: failed.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <span>
@@ -12,6 +11,7 @@
 
 #include "film/film.h"
 #include "platform/atomic_file.h"
+#include "platform/platform.h"
 #include "scene/scene.h"
 
 namespace ajar {
@@ -99,10 +99,10 @@ std::vector<std::span<const char>> blocks_of(const Checkpoint& c, const std::arr
 /// A checkpoint while it is read.
 class Reader {
  public:
-  explicit Reader(const std::string& path) : path_(path), file_(path, std::ios::binary) {
+  explicit Reader(const std::string& path) : path_(path), file_(platform::file_path(path), std::ios::binary) {
     if (!file_) fail(path_, "cannot be read");
     std::error_code error;
-    left_ = std::filesystem::file_size(path, error);
+    left_ = std::filesystem::file_size(platform::file_path(path), error);
     if (error) fail(path_, "cannot be read");
   }
 

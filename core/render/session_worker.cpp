@@ -101,6 +101,7 @@ uint64_t SessionWorker::ask(Job job, bool abort_building) {
   state->picture.reset();
   stop_.store(true);
   if (abort_building) stop_building_.store(true);
+  platform::keep_task_threads();
   if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
   state.notify();
   return state->last_number;

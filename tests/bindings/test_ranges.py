@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -16,6 +15,8 @@ import pytest
 
 sys.path.insert(0, str(Path(os.environ.get("AJAR_BUILD", Path(__file__).resolve().parents[2] / "build" / "release")) / "python"))
 import ajar
+
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without telling it, and has no limit of the size of files")
 
 BUILD = Path(os.environ.get("AJAR_BUILD", Path(__file__).resolve().parents[2] / "build" / "release"))
 SIZE = 24
@@ -69,6 +70,7 @@ def test_ranges_merge_to_one_render_bit_for_bit(scene, tmp_path, integrator):
     assert not np.array_equal(image(tmp_path / "part0.exr"), image(tmp_path / "all.exr"))
 
 
+@POSIX
 def test_a_render_that_was_killed_goes_on_as_if_nothing_had_happened(scene, tmp_path):
     assert render(scene, tmp_path / "whole", 2, 900).returncode == 0
     for number in (signal.SIGTERM, signal.SIGKILL):
@@ -120,12 +122,15 @@ def test_a_checkpoint_of_another_scene_or_of_other_settings_stops_the_render(sce
     assert render(scene, tmp_path / "part", 0, 4).returncode == 0, "and the checkpoint is still there"
 
 
+@POSIX
 def test_a_full_disk_leaves_the_checkpoint_that_was_there(scene, tmp_path):
     part = tmp_path / "part"
     assert render(scene, part, 0, 2).returncode == 0
     before = part.read_bytes()
 
     def small_disk():
+        import resource
+
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
     result = render(scene, part, 0, 4, preexec_fn=small_disk)

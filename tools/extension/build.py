@@ -27,6 +27,7 @@ sys.path.insert(0, str(ROOT / "tools" / "manual"))
 import pages  # noqa: E402
 
 WORK = ROOT / "build" / "extension"
+MANIFEST = ROOT / "python_addon" / "blender_manifest.toml"
 LEVELS = ("x86-64-v2", "x86-64-v3")
 # Official Blender: 3.10 up to 4.0, 3.11 up to 5.0, 3.13 since 5.1. Debian's: 3.13 (4.3.2), 3.14 (5.2).
 PYTHONS = ("3.10", "3.11", "3.13", "3.14")
@@ -62,10 +63,9 @@ def find_python(version: str, prefix: Path, named: dict[str, str]) -> Python | N
 
 
 def version() -> str:
-    manifest = ROOT / "python_addon" / "blender_manifest.toml"
-    found = re.search(r'^version = "(.*)"', manifest.read_text(), re.M)
+    found = re.search(r'^version = "(.*)"', MANIFEST.read_text(), re.M)
     if found is None:
-        raise ValueError(f"{manifest} has no version")
+        raise ValueError(f"{MANIFEST} has no version")
     return found[1]
 
 
@@ -113,8 +113,8 @@ def make_package(levels: list[str], pythons: list[Python], prefix: Path) -> Path
     return package
 
 
-def pack(path: Path, package: Path, pythons: tuple[str, ...], top: str) -> None:
-    """Write one zip: the add-on below the folder `top`, with the modules of these Pythons."""
+def pack(path: Path, package: Path, pythons: tuple[str, ...], top: str, manifest: str | None = None) -> None:
+    """Write one zip: the add-on below the folder `top`, with the modules of these Pythons, or of all if none is named; and a manifest instead of the add-on's."""
     suffixes = tuple(Python(version, Path()).suffix for version in pythons)
     manual = WORK / "manual"
     pages.write_pages(manual)
@@ -122,9 +122,13 @@ def pack(path: Path, package: Path, pythons: tuple[str, ...], top: str) -> None:
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for folder, below in ((ROOT / "python_addon", ""), (package, "ajar/"), (manual, "manual/")):
             for file in sorted(folder.rglob("*")):
-                if not file.is_file() or "__pycache__" in file.parts or (file.name.startswith("_ajar.") and not file.name.endswith(suffixes)):
+                if not file.is_file() or "__pycache__" in file.parts or (suffixes and file.name.startswith("_ajar.") and not file.name.endswith(suffixes)):
                     continue
-                archive.write(file, f"{top}{below}{file.relative_to(folder)}")
+                name = f"{top}{below}{file.relative_to(folder)}"
+                if manifest and file == MANIFEST:
+                    archive.writestr(name, manifest)
+                else:
+                    archive.write(file, name)
         archive.write(ROOT / "LICENSE", f"{top}LICENSE")
     print(f"{os.path.relpath(path)}: {path.stat().st_size / 2**20:.1f} MB")
 

@@ -52,33 +52,41 @@ def prepare(folder: Path) -> Path:
 
 # ---- Downloads --------------------------------------------------------------------------------------------------------
 
-def _download(venv: Path, downloads: Path) -> None:
+def pip_of(venv: Path) -> list[object]:
+    """The command of pip in a virtual environment, which is made if it is not there."""
     if not (venv / "bin" / "pip").exists():
-        _run([sys.executable, "-m", "venv", venv])
-    pip = [venv / "bin" / "python", "-m", "pip", "-q", "--disable-pip-version-check"]
+        run([sys.executable, "-m", "venv", venv])
+    return [venv / "bin" / "python", "-m", "pip", "-q", "--disable-pip-version-check"]
+
+
+def _download(venv: Path, downloads: Path) -> None:
+    pip = pip_of(venv)
     hashed = ["--require-hashes", "--no-deps"]
     platforms = [f"--platform={name}" for name in PLATFORMS]
-    _run([*pip, "download", *hashed, "--only-binary=:all:", "--python-version=3.11", *platforms, "-d", downloads, "-r", HERE / "wheels.lock"])
-    _run([*pip, "install", *hashed, "--only-binary=:all:", "-r", HERE / "source_tools.lock"])
-    _run([*pip, "download", *hashed, "--no-binary=:all:", "--no-build-isolation", "-d", downloads, "-r", HERE / "sources.lock"])
+    run([*pip, "download", *hashed, "--only-binary=:all:", "--python-version=3.11", *platforms, "-d", downloads, "-r", HERE / "wheels.lock"])
+    run([*pip, "install", *hashed, "--only-binary=:all:", "-r", HERE / "source_tools.lock"])
+    run([*pip, "download", *hashed, "--no-binary=:all:", "--no-build-isolation", "-d", downloads, "-r", HERE / "sources.lock"])
     for line in (HERE / "debs.lock").read_text().splitlines():
         if not line.startswith("#"):
             sha256, path = line.split()
-            _download_deb(sha256, path, downloads)
+            download_pool_file(sha256, path, downloads)
 
 
-def _download_deb(sha256: str, path: str, downloads: Path) -> None:
+def download_pool_file(sha256: str, path: str, downloads: Path) -> Path:
+    """Download a file of Debian's archive, unless it is there, and compare its checksum."""
     target = downloads / path.rsplit("/", 1)[1]
     if not target.is_file():
-        _run(["curl", "-fsSL", "--retry", "3", "-o", f"{target}.part", DEBIAN + path])
+        run(["curl", "-fsSL", "--retry", "3", "-o", f"{target}.part", DEBIAN + path])
         Path(f"{target}.part").rename(target)
     found = hashlib.sha256(target.read_bytes()).hexdigest()
     if found != sha256:
         target.unlink()
         raise SystemExit(f"{target.name}: sha256 is {found}, not {sha256}")
+    return target
 
 
-def _run(command: list[object]) -> None:
+def run(command: list[object]) -> None:
+    """Run a command that needs the network."""
     result = subprocess.run(list(map(str, command)), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     if result.returncode != 0:
         raise Unreachable(f"{' '.join(map(str, command))}\n{result.stdout}")
@@ -101,7 +109,7 @@ def _unpack(downloads: Path, prefix: Path) -> None:
     shutil.copytree(parts / "pybind11/pybind11/include/pybind11", prefix / "include" / "pybind11")
 
     for deb in downloads.glob("*.deb"):
-        _run(["dpkg-deb", "-x", deb, parts / "debian"])
+        run(["dpkg-deb", "-x", deb, parts / "debian"])
     headers = parts / "debian" / "usr" / "include"
     shutil.copytree(headers / "embree4", prefix / "include" / "embree4")
     python = prefix / "python3.13" / "include"
@@ -114,7 +122,7 @@ def _unpack(downloads: Path, prefix: Path) -> None:
             archive.extractall(parts / "openimageio_source", filter="data")
         else:                                    # Debian 12's Python
             archive.extractall(parts / "openimageio_source")
-    _unpack_opensubdiv(downloads, prefix)
+    unpack_opensubdiv(next(downloads.glob("opensubdiv_*.orig.tar.xz")), prefix)
     source = next((parts / "openimageio_source").iterdir())
     oiio = prefix / "include" / "OpenImageIO"
     shutil.copytree(source / "src" / "include" / "OpenImageIO", oiio)
@@ -129,10 +137,10 @@ def _unpack(downloads: Path, prefix: Path) -> None:
     shutil.rmtree(parts)
 
 
-def _unpack_opensubdiv(downloads: Path, prefix: Path) -> None:
-    """The folders that describe and evaluate surfaces. They need no other library."""
-    with tarfile.open(next(downloads.glob("opensubdiv_*.orig.tar.xz"))) as archive:
-        for member in archive:
+def unpack_opensubdiv(archive: Path, prefix: Path) -> None:
+    """Unpack the folders that describe and evaluate surfaces. They need no other library."""
+    with tarfile.open(archive) as members:
+        for member in members:
             below = member.name.split("/")[1:]   # without the folder of the version
             if not member.isfile() or ".." in below:
                 continue
@@ -142,7 +150,7 @@ def _unpack_opensubdiv(downloads: Path, prefix: Path) -> None:
                 target = prefix / "opensubdiv" / Path(*below)
             else:
                 continue
-            content = archive.extractfile(member)
+            content = members.extractfile(member)
             if content is not None:
                 target.parent.mkdir(parents=True, exist_ok=True)
                 target.write_bytes(content.read())

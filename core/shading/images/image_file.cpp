@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 
 #include "platform/platform.h"
 
@@ -110,7 +109,7 @@ class TemporaryFile {
   TemporaryFile(const std::vector<uint8_t>& bytes, const std::string& ending)
       : path_(platform::write_temporary(bytes.data(), bytes.size(), ending)) {}
   ~TemporaryFile() {
-    if (!path_.empty()) std::remove(path_.c_str());
+    if (!path_.empty()) platform::remove_file(path_);
   }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
@@ -128,7 +127,7 @@ DecodedImage with_reader(const ImageDescription& image, Use&& use) {
   config.attribute("oiio:UnassociatedAlpha", 1);
   if (image.packed.empty()) {
     std::error_code ignored;
-    if (!std::filesystem::is_regular_file(image.path, ignored)) {
+    if (!std::filesystem::is_regular_file(platform::file_path(image.path), ignored)) {
       decoded.error = "is missing: " + image.path;
       return decoded;
     }

@@ -2,12 +2,12 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <map>
 #include <type_traits>
 
 #include "description/diagnostics.h"
 #include "math/half.h"
+#include "platform/platform.h"
 #include "shading/images/color_spaces.h"
 #include "shading/images/image_file.h"
 #include "shading/images/texture.h"
@@ -157,7 +157,7 @@ void halve(std::vector<uint8_t>& texels, int& width, int& height, int times) {
 std::filesystem::file_time_type file_time(const ImageDescription& image) {
   std::error_code error;
   if (image.path.empty()) return {};
-  const auto time = std::filesystem::last_write_time(image.path, error);
+  const auto time = std::filesystem::last_write_time(platform::file_path(image.path), error);
   return error ? std::filesystem::file_time_type{} : time;
 }
 

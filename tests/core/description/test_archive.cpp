@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <filesystem>
 
 #include "description/archive.h"
 #include "math/random.h"
@@ -223,8 +224,12 @@ TEST(Archive, missing_file_names_the_path) {
 }
 
 TEST(Archive, folders_and_devices_are_refused) {
-  EXPECT_THROW(load_description("/tmp"), SceneError);
+  EXPECT_THROW(load_description(std::filesystem::temp_directory_path().string()), SceneError);
+#ifdef _WIN32
+  EXPECT_THROW(load_description("NUL"), SceneError);
+#else
   EXPECT_THROW(load_description("/dev/null"), SceneError);
+#endif
 }
 
 TEST(Archive, shared_meshes_are_written_like_other_meshes) {

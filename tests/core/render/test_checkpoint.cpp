@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "math/statistics.h"
+#include "platform/platform.h"
 #include "render/session.h"
 #include "statistical.h"
 #include "transport_scenes.h"
@@ -19,7 +20,8 @@ using namespace fixtures;
 class CheckpointFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    path_ = (std::filesystem::temp_directory_path() / ("ajar_checkpoint_" + std::to_string(::getpid()))).string();
+    path_ = (std::filesystem::temp_directory_path() / ("ajar_checkpoint_" + std::to_string(platform::process_id())))
+                .string();
   }
   void TearDown() override { std::filesystem::remove(path_); }
   std::string path_;

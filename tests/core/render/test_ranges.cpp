@@ -1,6 +1,7 @@
 // Renders of ranges of samples: merged, they are one render bit for bit. What cannot be divided so has seeds of its own.
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include <gtest/gtest.h>
 
@@ -190,8 +191,9 @@ TEST(RangesOfSamples, a_file_keeps_the_sums_and_any_changed_byte_is_found) {
   const Checkpoint read = load_checkpoint(path);
   expect_same_image(read, c);
   EXPECT_EQ(read.view, c.view);
-  std::ifstream in(path, std::ios::binary);
-  const std::string bytes((std::istreambuf_iterator<char>(in)), {});
+  std::ostringstream content;
+  content << std::ifstream(path, std::ios::binary).rdbuf();
+  const std::string bytes = content.str();
   for (size_t at = 0; at < bytes.size(); at += at < 64 ? 1 : 997) {
     std::string changed = bytes;
     changed[at] = char(changed[at] ^ 0x10);

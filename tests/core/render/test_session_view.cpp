@@ -59,10 +59,18 @@ bool is_blue(const ViewPicture& picture) {
 /// An environment variable while it exists.
 class Variable {
  public:
-  Variable(const char* name, const char* value) : name_(name) { setenv(name, value, 1); }
-  ~Variable() { unsetenv(name_); }
+  Variable(const char* name, const char* value) : name_(name) { set(value); }
+  ~Variable() { set(""); }
 
  private:
+  /// An empty text removes it.
+  void set(const char* value) {
+#ifdef _WIN32
+    _putenv_s(name_, value);
+#else
+    *value ? setenv(name_, value, 1) : unsetenv(name_);
+#endif
+  }
   const char* name_;
 };
 

@@ -2,12 +2,12 @@
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 
+#include "platform/platform.h"
 #include "shading/images/color_spaces.h"
 #include "shading/shader_program.h"
 
@@ -19,7 +19,8 @@ double srgb_to_linear(double x) { return x < 0.04045 ? x / 12.92 : std::pow((x +
 
 /// A directory that is deleted at the end of the test.
 struct Directory {
-  std::filesystem::path path = std::filesystem::temp_directory_path() / ("ajar-test-" + std::to_string(::getpid()));
+  std::filesystem::path path = std::filesystem::temp_directory_path() /
+                               ("ajar-test-" + std::to_string(platform::process_id()));
   Directory() { std::filesystem::create_directories(path); }
   ~Directory() { std::filesystem::remove_all(path); }
   std::string file(const std::string& name) const { return (path / name).string(); }
