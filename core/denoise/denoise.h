@@ -7,16 +7,18 @@
 // to a dark one. The weight g_j of a place is e^2 / (e^2 + noise), with the energy e^2 of D's error and that of N's noise.
 //
 // The render keeps the means A and B of two independent halves of its samples. D is the mean of D(A) and D(B), and with
-// much noise a mean of this and D((A + B) / 2): then the bias of a denoiser falls with the noise of its input. With little
-// noise, the mean of two is better, because it takes out a part of the denoiser's own noise. The residual B - D(A) of independent images has the energy e^2 plus the noise of B; (A - B)^2 has twice that noise. Their
-// means over a window give both, without a model of the noise, so that the correlated noise of chains is treated
-// correctly [James and Stein 1961]. With the standard error s of the estimate p of e^2, p (1 - (2.5 s / p)^2) is used, and
-// 0 if p < 2.5 s. Pixels whose halves differ far more than usual in the window count less, for g and in the sum. As the
-// number of samples grows, the noise vanishes and g becomes 1 wherever D is wrong: the image is consistent.
+// much noise a mean of this and D((A + B) / 2): then the bias of a denoiser falls with the noise of its input. With
+// little noise, the mean of two is better, because it takes out a part of the denoiser's own noise. The residual B -
+// D(A) of independent images has the energy e^2 plus the noise of B; (A - B)^2 has twice that noise. Their means over a
+// window give both, without a model of the noise, so that the correlated noise of chains is treated correctly [James
+// and Stein 1961]. With the standard error s of the estimate p of e^2, p (1 - (2.5 s / p)^2) is used, and 0 if p < 2.5
+// s. Pixels whose halves differ far more than usual in the window count less, for g and in the sum. As the number of
+// samples grows, the noise vanishes and g becomes 1 wherever D is wrong: the image is consistent.
 //
 // With the weights, each half alone gives an image G(A) = D(A) + sum of g_j * plane j of (A - D(A)), with 1 - g_j times
-// the plane of D - (D(A) + D(B)) / 2 in both, and the result is (G(A) + G(B)) / 2. Its variance is |G(A) - G(B)|^2 / 4. The estimate of the squared error is twice as much: the bias
-// that is left cannot be separated from the noise, and in test renders it is about as large (docs/research/denoising.md).
+// the plane of D - (D(A) + D(B)) / 2 in both, and the result is (G(A) + G(B)) / 2. Its variance is |G(A) - G(B)|^2 / 4.
+// The estimate of the squared error is twice as much: the bias that is left cannot be separated from the noise, and in
+// test renders it is about as large (docs/research/denoising.md).
 //
 // Single pixels that are far brighter than all their neighbours, and bright in one half only, are darkened before the
 // denoiser sees them, unless there are many of them around. They stay in N: coarse planes return their energy where it is
