@@ -32,8 +32,8 @@ revisions = {"edits": 0, "differences": 0}   # incremental exports, and those of
 _export = viewport.Viewport._export
 
 
-def _export_and_compare(self, depsgraph, is_hidden, revised):
-    description = _export(self, depsgraph, is_hidden, revised)
+def _export_and_compare(self, depsgraph, is_hidden, revised, culls=None):
+    description = _export(self, depsgraph, is_hidden, revised, culls)
     if revised is not None:
         known, self.known = self.known, KnownObjects()
         revisions["edits"] += 1
