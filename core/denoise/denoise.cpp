@@ -13,14 +13,16 @@ namespace ajar {
 
 namespace {
 
-constexpr int kNeighbours = 3;            // pixels to each side, in which a bright pixel is compared
-constexpr size_t kRank = 3;               // the neighbour with which it is compared, from the brightest
-constexpr float kMaxRatio = 3.0f;         // of the brightness of a pixel to that neighbour
-constexpr float kDarkest = 0.01f;         // added to squares of light, as in relMSE
-constexpr float kUsualNoise = 3.0f;       // times the mean of |m - n| in a window
-constexpr int kFrequentReach = 8;         // pixels to each side of the window in which darkened pixels are counted
-constexpr float kFrequent = 0.012f;       // share of darkened pixels above which they keep their light
-constexpr float kMaxWhole = 0.6f;         // maximum share of D(N)
+constexpr int kNeighbours = 3;       // pixels to each side, in which a bright pixel is compared
+constexpr size_t kRank = 3;          // the neighbour with which it is compared, from the brightest
+constexpr float kMaxRatio = 3.0f;    // of the brightness of a pixel to that neighbour
+constexpr float kDarkest = 0.01f;    // added to squares of light, as in relMSE
+constexpr float kUsualNoise = 3.0f;  // times the mean of |m - n| in a window
+constexpr float kChance = 10.0f;     // times noise over energy: how far a pixel can be bright in both halves by chance
+constexpr float kUsualError = 4.0f;  // times the mean error of a window: above it, a pixel can be so by chance
+constexpr int kFrequentReach = 8;    // pixels to each side of the window in which darkened pixels are counted
+constexpr float kFrequent = 0.012f;  // share of darkened pixels above which they keep their light
+constexpr float kMaxWhole = 0.6f;    // maximum share of D(N)
 constexpr double kNoiseOfWhole = 0.02;    // relative noise, squared, at which the share of D(N) is half of the maximum
 constexpr double kLeastWhole = 0.1;       // share of D(N) below which it is not computed
 constexpr int kErrorReach = 2;            // pixels to each side of the window of the error
@@ -131,8 +133,11 @@ void Combination::find_weights(int level) {
                 usual = kUsualNoise * kUsualNoise * noise * noise + error * error + p.product;
     const float w = usual > 0.0f ? usual / (usual + p.noise) : 1.0f;
     weights_[i] = w;
-    terms_[3 * i] = w * (p.energy - 0.5f * p.noise);
-    terms_[3 * i + 1] = w * w * p.noise * (p.product + 0.25f * p.noise);  // variance
+    const float term = w * (p.energy - 0.5f * p.noise),
+                chance = std::min(1.0f, kChance * p.noise / (p.energy + 1e-12f)),
+                excess = chance * std::max(0.0f, term - kUsualError * kUsualError * error * error);
+    terms_[3 * i] = term;
+    terms_[3 * i + 1] = w * w * p.noise * (p.product + 0.25f * p.noise) + excess * excess;  // variance
     terms_[3 * i + 2] = w * p.noise;
   });
   window_mean(terms_, {width_, height_, 3}, reach, scratch_);

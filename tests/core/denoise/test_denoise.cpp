@@ -257,6 +257,23 @@ TEST(Denoise, bright_pixels_keep_their_light_where_they_are_frequent) {
   EXPECT_LT(most, 5.0);
 }
 
+TEST(Denoise, a_pixel_that_is_bright_in_both_halves_by_chance_is_not_restored_but_a_highlight_is) {
+  const std::vector<float> clean(kValues, 0.5f);
+  const auto removes = [&](const std::vector<float>&) { return clean; };
+  const size_t pixel = 30 * kWidth + 40;
+  const auto shown = [&](float first, float second) {
+    Rendered r = rendered(clean, 8, 31);
+    for (size_t c = 0; c < 3; ++c) {
+      r.halves[6 * pixel + c] = first;
+      r.halves[6 * pixel + 3 + c] = second;
+      r.image[3 * pixel + c] = 0.5f * (first + second);
+    }
+    return denoise(r.image, r.halves, kWidth, kHeight, removes).image[3 * pixel];
+  };
+  EXPECT_LT(shown(30.0f, 20.0f), 2.0f);
+  EXPECT_GT(shown(30.0f, 29.9f), 25.0f);
+}
+
 TEST(Denoise, without_halves_the_image_of_the_denoiser_is_returned) {
   const std::vector<float> clean = truth();
   Rendered r = rendered(clean, 4, 9);
