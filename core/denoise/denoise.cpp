@@ -63,7 +63,7 @@ float bright_neighbour(const std::vector<float>& light, int x, int y, int width,
 struct Residuals {
   std::vector<float> first, second;  ///< B - D(A) and A - D(B)
   std::vector<float> halves;         ///< A - B
-  std::vector<float> whole;          ///< D - (D(A) + D(B)) / 2
+  std::vector<float> whole;          ///< D - (D(A) + D(B)) / 2; empty: it is 0
 
   std::array<std::vector<float>*, 4> all() { return {&first, &second, &halves, &whole}; }
 };
@@ -72,9 +72,9 @@ struct Residuals {
 struct PlanePixel {
   float energy = 0.0f, noise = 0.0f, product = 0.0f;
 };
-/// The denoiser's images of both halves, and the best that is known without the combination.
+/// The denoiser's images of both halves, and D if it is not their mean.
 struct DenoisedHalves {
-  std::vector<float> from_a, from_b, best;
+  std::vector<float> from_a, from_b, whole;
 };
 
 /// The combination of the planes. Its images are reused for all planes.
@@ -157,6 +157,7 @@ std::array<std::vector<float>, 2> Combination::significant_parts() {
   std::array<std::vector<float>, 2> sums{std::vector<float>(size.values()), std::vector<float>(size.values())};
   for (int level = 0; level <= planes; ++level) {
     for (size_t k = 0; k < rest_.all().size(); ++k) {
+      if (rest_.all()[k]->empty()) continue;
       if (level < planes)
         smooth(*rest_.all()[k], size, 1 << level, *smooth_.all()[k]);
       else
@@ -166,7 +167,8 @@ std::array<std::vector<float>, 2> Combination::significant_parts() {
     find_weights(level);
     for_pixels(size.values(), [&](size_t i) {
       const float n = rest_.halves[i] - smooth_.halves[i];
-      const float g = weights_[i / 3], whole = (1.0f - g) * (rest_.whole[i] - smooth_.whole[i]);
+      const float g = weights_[i / 3],
+                  whole = rest_.whole.empty() ? 0.0f : (1.0f - g) * (rest_.whole[i] - smooth_.whole[i]);
       sums[0][i] += g * (rest_.first[i] - smooth_.first[i] + n) + whole;
       sums[1][i] += g * (rest_.second[i] - smooth_.second[i] - n) + whole;
     });
@@ -223,17 +225,20 @@ std::vector<float> light_of(const std::vector<float>& one, const std::vector<flo
 
 DenoisedHalves denoise_halves(const std::vector<float>& a, const std::vector<float>& b, ImageSize size,
                               const DenoiseFunction& denoiser, bool with_whole) {
-  std::vector<float> one = limited(a, b, size.width, size.height), two = limited(b, a, size.width, size.height),
-                     mean(size.values());
-  std::vector<float> noise(size.values() / 3);  // squared
-  for_pixels(noise.size(), [&](size_t i) {
-    for (size_t c = 3 * i; c < 3 * i + 3; ++c) noise[i] += (one[c] - two[c]) * (one[c] - two[c]) / 12.0f;
-  });
+  std::vector<float> one = limited(a, b, size.width, size.height), two = limited(b, a, size.width, size.height), mean,
+                     noise;  // squared
+  if (with_whole) {
+    noise.resize(size.values() / 3);
+    for_pixels(noise.size(), [&](size_t i) {
+      for (size_t c = 3 * i; c < 3 * i + 3; ++c) noise[i] += (one[c] - two[c]) * (one[c] - two[c]) / 12.0f;
+    });
+  }
   restore_frequent(a, b, size, one, two);
-  for_pixels(mean.size(), [&](size_t i) { mean[i] = 0.5f * (one[i] + two[i]); });
+  if (with_whole) {
+    mean.resize(size.values());
+    for_pixels(mean.size(), [&](size_t i) { mean[i] = 0.5f * (one[i] + two[i]); });
+  }
   DenoisedHalves d{run(denoiser, std::move(one)), run(denoiser, std::move(two)), {}};
-  d.best.resize(size.values());
-  for_pixels(d.best.size(), [&](size_t i) { d.best[i] = 0.5f * (d.from_a[i] + d.from_b[i]); });
   if (!with_whole) return d;
 
   const std::vector<float> light = light_of(d.from_a, d.from_b);
@@ -242,8 +247,11 @@ DenoisedHalves denoise_halves(const std::vector<float>& a, const std::vector<flo
   relative /= double(noise.size());
   const double share = double(kMaxWhole) * relative / (relative + kNoiseOfWhole);
   if (!(share >= kLeastWhole)) return d;
-  const std::vector<float> from_mean = run(denoiser, std::move(mean));
-  for_pixels(d.best.size(), [&](size_t i) { d.best[i] += float(share) * (from_mean[i] - d.best[i]); });
+  d.whole = run(denoiser, std::move(mean));
+  for_pixels(d.whole.size(), [&](size_t i) {
+    const float of_halves = 0.5f * (d.from_a[i] + d.from_b[i]);
+    d.whole[i] = of_halves + float(share) * (d.whole[i] - of_halves);
+  });
   return d;
 }
 
@@ -290,16 +298,17 @@ Denoised denoise(const std::vector<float>& image, const std::vector<float>& halv
       b[3 * i + c] = halves[6 * i + 3 + c];
     }
   });
-  const auto [from_a, from_b, best] = denoise_halves(a, b, {width, height, 3}, denoiser, with_whole);
+  const auto [from_a, from_b, whole] = denoise_halves(a, b, {width, height, 3}, denoiser, with_whole);
   const std::vector<float> light = light_of(from_a, from_b);
   Residuals residuals;
-  for (std::vector<float>* one : residuals.all()) one->resize(3 * pixels);
+  for (std::vector<float>* one : residuals.all())
+    if (one != &residuals.whole || !whole.empty()) one->resize(3 * pixels);
   for_pixels(3 * pixels, [&](size_t i) {
     const float scale = 1.0f / light[i / 3];
     residuals.first[i] = scale * (b[i] - from_a[i]);
     residuals.second[i] = scale * (a[i] - from_b[i]);
     residuals.halves[i] = scale * (a[i] - b[i]);
-    residuals.whole[i] = scale * (best[i] - 0.5f * (from_a[i] + from_b[i]));
+    if (!whole.empty()) residuals.whole[i] = scale * (whole[i] - 0.5f * (from_a[i] + from_b[i]));
   });
   const auto parts = Combination(std::move(residuals), width, height).significant_parts();
   Denoised result{std::vector<float>(3 * pixels), std::vector<float>(pixels)};
