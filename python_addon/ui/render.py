@@ -333,16 +333,23 @@ class AJAR_RENDER_PT_plan(AjarPanel, Panel):
             say(column, interface("{name}: {message}", name=interface(name), message=message), context, "CHECKMARK" if step["used"] else "BLANK1")
 
 
-class AJAR_RENDER_PT_culling(AjarPanel, Panel):
+class SimplifyPanel(AjarPanel):
     """Below Blender's panel Simplify. It is registered after the copy of that panel."""
-    bl_label = "Culling"
     bl_context = "render"
     bl_parent_id = "AJAR_RENDER_PT_simplify"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context: bpy.types.Context) -> None:
-        column, settings = self.column(), context.scene.ajar
+    def simplify_column(self, context: bpy.types.Context) -> bpy.types.UILayout:
+        column = self.column()
         column.active = context.scene.render.use_simplify
+        return column
+
+
+class AJAR_RENDER_PT_culling(SimplifyPanel, Panel):
+    bl_label = "Culling"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, settings = self.simplify_column(context), context.scene.ajar
         for name, margin in (("use_camera_cull", "camera_cull_margin"), ("use_distance_cull", "distance_cull_margin")):
             row = column.row(heading="Camera Culling" if name == "use_camera_cull" else "Distance Culling")
             row.prop(settings, name, text="")
@@ -351,16 +358,11 @@ class AJAR_RENDER_PT_culling(AjarPanel, Panel):
             value.prop(settings, margin, text="")
 
 
-class AJAR_RENDER_PT_texture_size(AjarPanel, Panel):
-    """Below Blender's panel Simplify, as the panel before."""
+class AJAR_RENDER_PT_texture_size(SimplifyPanel, Panel):
     bl_label = "Textures"
-    bl_context = "render"
-    bl_parent_id = "AJAR_RENDER_PT_simplify"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        column, settings = self.column(), context.scene.ajar
-        column.active = context.scene.render.use_simplify
+        column, settings = self.simplify_column(context), context.scene.ajar
         for name in ("texture_limit", "texture_limit_render"):
             column.prop(settings, name)
         if compat.has_texture_resolution():

@@ -178,13 +178,19 @@ TEST(Aovs, are_neither_part_of_the_program_of_a_surface_nor_of_a_constant_one) {
   EXPECT_TRUE(program.has_aovs());
 }
 
-TEST(LightGroups, the_sum_of_all_groups_and_the_rest_is_the_image) {
+/// The layers with a glowing cube; cube, lamp and world are in the groups "glow", "key" and "sky".
+SceneDescription grouped_layers(int samples) {
   SceneDescription d = layers();
-  d.settings.samples = 16;
+  d.settings.samples = samples;
   add_object(d, cube(), add_diffuse(d, Color(0.2f), Color(2.0f, 1.0f, 0.5f)), moved(Vec3(-0.1f, -0.4f, -0.4f), 0.1f));
   d.objects.back().light_group = "glow";
   d.lights[0].light_group = "key";
   d.world.light_group = "sky";
+  return d;
+}
+
+TEST(LightGroups, the_sum_of_all_groups_and_the_rest_is_the_image) {
+  SceneDescription d = grouped_layers(16);
   for (const float clamp : {0.0f, 0.5f}) {
     d.settings.clamp_indirect = clamp;
     const Passes passes = render_passes(d, {"Combined_glow", "Combined_key", "Combined_sky", "Combined_empty"});
@@ -238,12 +244,7 @@ TEST(LightParts, their_sum_is_the_image_in_every_feature_scene_also_in_volumes) 
 
 // Bidirectional path tracing with and without photons for the caustics that are seen through the glass.
 TEST(LightGroups, techniques_of_paths_find_the_groups_of_path_tracing) {
-  SceneDescription d = layers();
-  d.settings.samples = 128;
-  add_object(d, cube(), add_diffuse(d, Color(0.2f), Color(2.0f, 1.0f, 0.5f)), moved(Vec3(-0.1f, -0.4f, -0.4f), 0.1f));
-  d.objects.back().light_group = "glow";
-  d.lights[0].light_group = "key";
-  d.world.light_group = "sky";
+  SceneDescription d = grouped_layers(128);
   const std::vector<std::string> groups{"Combined_glow", "Combined_key", "Combined_sky"};
   using Means = std::map<std::string, RunningMoments>;
   const auto render = [&](const std::string& integrator, uint32_t first_seed) {
