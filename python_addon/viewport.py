@@ -59,7 +59,7 @@ class Viewport:
         self._denoises = False                         # enabled and possible
         self._picture: ajar.ViewPicture | None = None  # denoised, not shown yet
         self._clean: np.ndarray | None = None          # pixels of the latest denoised picture of the current render
-        self._not_denoised = ""                        # why the last picture is not denoised
+        self._not_denoised = ""                        # why the pictures are not denoised although the user wants it
         self._counted = (0, 0)                         # render and iteration whose sample density the texture shows
         self._hints_of = -1                            # number of the update whose attached hints are shown
         self._shows_density = False                    # shows the sample density instead of the image
@@ -88,7 +88,9 @@ class Viewport:
         if revisions is None:
             description = self._export(depsgraph, is_hidden, None, culls)
         wanted = _for_view(description.settings, depsgraph.scene)
-        denoises = depsgraph.scene.ajar.use_viewport_denoise and denoise.is_available()
+        asks_to_denoise = depsgraph.scene.ajar.use_viewport_denoise
+        denoises = asks_to_denoise and denoise.is_available()
+        self._not_denoised = ajar.denoiser.reason() if asks_to_denoise and not denoises else ""
         is_switched = denoises != self._denoises
         self._denoises = denoises
         fingerprint = description.fingerprint()
@@ -206,6 +208,9 @@ class Viewport:
     # ---- Drawing --------------------------------------------------------------------------------------------------------------
 
     def status(self) -> str:
+        return " | Not denoised: ".join(filter(None, (self._progress(), self._not_denoised)))
+
+    def _progress(self) -> str:
         error = self.session.take_error()
         progress = self.session.progress()
         if error:

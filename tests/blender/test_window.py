@@ -178,6 +178,12 @@ def test_switching_off_the_denoiser_shows_the_rendered_image(edited):
     assert edited[0]["denoise"]["off_blue"] < 0.1, edited[0]["denoise"]
 
 
+def test_the_view_says_that_the_library_is_missing(edited):
+    denoised = edited[0]["denoise"]
+    assert "Not denoised: no library" in denoised["without_library"] and "Not denoised" not in denoised["status"], denoised
+    assert denoised["renders_without_library"] == 0, denoised
+
+
 def test_random_edits_end_with_an_image(edited):
     values, _, words = edited
     mean, deviation, samples = values["end"]

@@ -283,6 +283,18 @@ def denoise_view(result):
     result["denoise"] |= {"pictures": pictures, "off_blue": blue_share()}
     viewport.Viewport._upload_picture = upload
 
+    number, found = views[-1]._number, (denoise.is_available, denoise.ajar.denoiser.reason)
+    denoise.is_available, denoise.ajar.denoiser.reason = lambda: False, lambda: "no library"
+    scene.ajar.use_viewport_denoise = True
+    scene.update_tag()
+    yield 0.5
+    result["denoise"]["without_library"] = views[-1].status()
+    scene.ajar.use_viewport_denoise = False
+    denoise.is_available, denoise.ajar.denoiser.reason = found
+    scene.update_tag()
+    yield 0.5
+    result["denoise"] |= {"status": views[-1].status(), "renders_without_library": views[-1]._number - number}
+
 
 def blue_share() -> float:
     pixels = window.pixels_of_view()
