@@ -12,6 +12,7 @@ import json
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import bpy
 import numpy as np
@@ -37,6 +38,13 @@ class RenderFailed(Exception):
     """The render failed. The message is shown to the artist."""
 
 
+class Rendered(NamedTuple):
+    """The original data that are rendered. They remain when Blender's evaluated scene is released."""
+
+    scene: bpy.types.Scene
+    view_layer: bpy.types.ViewLayer
+
+
 class AjarRenderEngine(bpy.types.RenderEngine):
     bl_idname = "AJAR"
     bl_label = NAME
@@ -53,6 +61,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     _next_words = 0.0
     _view = ""                  # the view that is rendered, with stereoscopy
     _share = (0.0, 1.0)         # of the progress: before this view, and of this view
+    _is_last_view = True
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         if self.viewport is None:
@@ -110,7 +119,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         for number, self._view in enumerate(names):
             if is_cancelled():
                 return
-            self._share = (number / len(names), 1.0 / len(names))
+            self._share, self._is_last_view = (number / len(names), 1.0 / len(names)), number == len(names) - 1
             self.active_view_set(self._view)   # decides which camera `camera_override` is, too
             self._render(depsgraph, options, is_cancelled, self._eye())
 
@@ -122,7 +131,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
     def _render(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, is_cancelled, eye: Eye) -> None:
         started = time.monotonic()
-        scene = depsgraph.scene_eval
+        rendered, scene = Rendered(depsgraph.scene, depsgraph.view_layer), depsgraph.scene_eval
         wanted = passes.wanted(depsgraph.view_layer_eval)
         asks_to_denoise = self._denoises(scene, options)
         denoises = asks_to_denoise and denoise.is_available()
@@ -131,9 +140,9 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         is_kept = not self.is_preview and not (options.checkpoint or options.resume or scene.ajar.use_checkpoint)
         kept = persistent.of(depsgraph, learner) if is_kept else None
         exported = export_scene(depsgraph, options, list(dict.fromkeys([*(item.name for item in wanted), *needed])), self.camera_override or scene.camera,
-                                is_cancelled, lambda step: self._show(depsgraph, interface("Exporting {step}", step=interface(step))),
+                                is_cancelled, lambda step: self._show(rendered, interface("Exporting {step}", step=interface(step))),
                                 None if self.is_preview else self.frame_set, eye, caches=(kept.meshes, kept.known) if kept is not None else None)
-        scene = depsgraph.scene_eval   # read again, since the export of motion blur has evaluated it again
+        scene = rendered.scene
         export_seconds = time.monotonic() - started
         messages.report_warnings(self, exported)
         if asks_to_denoise and not denoises:
@@ -143,7 +152,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             expected = denoise.expected_seconds(settings.width * settings.height, settings.seconds, settings.threads)
             settings.seconds = max(0.5 * settings.seconds, settings.seconds - expected)
         if options.dump_scene is not None:
-            path = headless.of_frame(options.dump_scene, depsgraph.scene.frame_current)
+            path = headless.of_frame(options.dump_scene, scene.frame_current)
             ajar.save_description(exported.description, self._of_view(path))
             if options.dump_only:
                 return
@@ -155,20 +164,21 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         carries = not self.is_preview and learning.is_carried(scene, options)
         if carries:
             session.begin_with(learning.of(learner))
-        save_checkpoint = self._checkpoints(depsgraph, options, session, exported.description)
+        interval = float(depsgraph.scene_eval.ajar.checkpoint_interval) if options.checkpoint is None else CHECKPOINT_SECONDS
+        save_checkpoint = self._checkpoints(rendered, options, session, exported.description)
         if not self.is_preview:
             render_progress.begin(scene.name)
+        self._release(scene)
         if kept is not None:
             session.next_frame(exported.description)
         else:
             session.start(exported.description)
-        interval = float(scene.ajar.checkpoint_interval) if options.checkpoint is None else CHECKPOINT_SECONDS
-        self._follow(depsgraph, session, wanted, is_cancelled, save_checkpoint, interval, noise_target)
+        self._follow(rendered, session, wanted, is_cancelled, save_checkpoint, interval, noise_target)
         save_checkpoint()
 
         error = session.take_error()
         if self.is_preview:
-            self._hand_over(depsgraph, session, wanted, None)
+            self._hand_over(rendered, session, wanted, None)
             return
         render_progress.end(scene.name, session, noise_target)
         for diagnostic in session.diagnostics():
@@ -181,16 +191,21 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             learning.remember(learner, session.learned())
         statistics = json.loads(session.statistics_json())
         statistics |= {"export_seconds": export_seconds, "blender_version": bpy.app.version_string, "file": bpy.data.filepath,
-                       "scene_name": scene.name, "view_layer": depsgraph.view_layer.name, "frame": scene.frame_current}
+                       "scene_name": scene.name, "view_layer": rendered.view_layer.name, "frame": scene.frame_current}
         self._show_memory(statistics)
         hints.remember(session.hint_reports(), hint_points)
         last_render.remember(scene.name, statistics)
         photon_overlay.remember(scene, session)
-        if not self._hand_over(depsgraph, session, wanted, statistics, denoises, is_cancelled):
+        if not self._hand_over(rendered, session, wanted, statistics, denoises, is_cancelled):
             return  # cancelled before the first sample
         self._add_fields(manifests)
         if options.stats is not None:
             options.stats.write_text(json.dumps(statistics, indent=2) + "\n", encoding="utf-8")
+
+    def _release(self, scene: bpy.types.Scene) -> None:
+        """Let Blender free the evaluated scene, which nothing reads after the export. With an interface or Persistent Data, it is used again."""
+        if bpy.app.background and self._is_last_view and not self.is_preview and not scene.render.use_persistent_data:
+            self.free_blender_memory()
 
     def _denoises(self, scene: bpy.types.Scene, options: headless.Options) -> bool:
         return not self.is_preview and (plain.of(scene.ajar).use_denoise if options.denoise is None else options.denoise)
@@ -199,20 +214,20 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         """The file of the view that is rendered."""
         return str(path.with_name(f"{path.name}.{self._view}") if self._view else path)
 
-    def _checkpoints(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, session: ajar.Session,
+    def _checkpoints(self, rendered: Rendered, options: headless.Options, session: ajar.Session,
                      description: ajar.SceneDescription) -> Callable[[], None]:
         """Resume from the checkpoint of the command line or the panel, and return a function that writes checkpoints. Each view layer and
         each view has its own file; with the panel, each frame has one as well."""
-        settings = depsgraph.scene.ajar
+        settings = rendered.scene.ajar
         of_panel = Path(bpy.path.abspath(settings.checkpoint_path)) if settings.use_checkpoint else None
         if of_panel is not None:
-            of_panel = of_panel.with_name(f"{of_panel.stem}_{depsgraph.scene.frame_current:04}{of_panel.suffix}")
+            of_panel = of_panel.with_name(f"{of_panel.stem}_{rendered.scene.frame_current:04}{of_panel.suffix}")
         write, resume = options.checkpoint or of_panel, options.resume
         scene = description.fingerprint()
-        several = sum(layer.use for layer in depsgraph.scene.view_layers) > 1
+        several = sum(layer.use for layer in rendered.scene.view_layers) > 1
 
         def of_layer(path: Path) -> str:
-            return self._of_view(path.with_name(f"{path.name}.{depsgraph.view_layer.name}") if several else path)
+            return self._of_view(path.with_name(f"{path.name}.{rendered.view_layer.name}") if several else path)
         if resume is None and of_panel is not None and settings.use_resume and Path(of_layer(of_panel)).is_file():
             resume = of_panel
         if self.is_preview or (write is None and resume is None):
@@ -221,7 +236,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             session.resume(of_layer(resume), scene)
         return lambda: session.save_checkpoint(of_layer(write), scene) if write is not None else None
 
-    def _follow(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass], is_cancelled,
+    def _follow(self, rendered: Rendered, session: ajar.Session, wanted: list[passes.Pass], is_cancelled,
                 save_checkpoint: Callable[[], None], interval: float, noise_target: float) -> None:
         """Poll the session until it ends or the user cancels it. `interval`: seconds between two checkpoints."""
         next_image = time.monotonic() + FIRST_IMAGE_SECONDS
@@ -232,9 +247,9 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             before, share = self._share
             self.update_progress(before + share * progress.fraction)
             session.pause(pausing.is_wanted() and not self.is_preview)
-            self._show(depsgraph, interface("Paused") if session.is_paused() else describe(progress, noise_target))
+            self._show(rendered, interface("Paused") if session.is_paused() else describe(progress, noise_target))
             if not self.is_preview:
-                render_progress.note(depsgraph.scene.name, session, noise_target)
+                render_progress.note(rendered.scene.name, session, noise_target)
             if is_cancelled():
                 session.cancel()
                 session.wait(60.0)
@@ -243,32 +258,32 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                 save_checkpoint()
                 next_checkpoint = time.monotonic() + interval
             if not bpy.app.background and time.monotonic() > next_image:
-                self._hand_over(depsgraph, session, wanted, None)
+                self._hand_over(rendered, session, wanted, None)
                 next_image = time.monotonic() + IMAGE_SECONDS
 
-    def _hand_over(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass],
+    def _hand_over(self, rendered: Rendered, session: ajar.Session, wanted: list[passes.Pass],
                    statistics: dict | None, is_denoised: bool = False, is_cancelled=lambda: False) -> bool:
         """Pass the current image to Blender. Returns False if there is none yet."""
         if session.snapshot("Combined") is None:
             return False
-        result = self.begin_result(0, 0, session.width, session.height, layer=depsgraph.view_layer.name, view=self._view)
+        result = self.begin_result(0, 0, session.width, session.height, layer=rendered.view_layer.name, view=self._view)
         layer = result.layers[0]
         for item in wanted:
             target = layer.passes.get(item.shown)
             values = session.snapshot(item.name)
             if is_denoised and statistics is not None and item is passes.COMBINED:
-                values = self._denoised(depsgraph, session, layer, statistics, is_cancelled)
+                values = self._denoised(rendered, session, layer, statistics, is_cancelled)
             if target is not None and values is not None:
                 compat.write_pass(target, passes.fitted(values, target.channels))
         self.end_result(result)
         if statistics is not None:
-            self._stamp(f"{depsgraph.view_layer.name}.{self._view}" if self._view else depsgraph.view_layer.name, statistics)
+            self._stamp(f"{rendered.view_layer.name}.{self._view}" if self._view else rendered.view_layer.name, statistics)
         return True
 
-    def _denoised(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, layer: bpy.types.RenderLayer, statistics: dict, is_cancelled) -> np.ndarray:
+    def _denoised(self, rendered: Rendered, session: ajar.Session, layer: bpy.types.RenderLayer, statistics: dict, is_cancelled) -> np.ndarray:
         """The denoised image; the noisy one if the user cancels or if the library fails. Writes the passes of denoising."""
         self._next_words = 0.0
-        self._show(depsgraph, interface("Denoising"))
+        self._show(rendered, interface("Denoising"))
         started = time.monotonic()
         pictures = {name: session.snapshot(name) for name in (passes.COMBINED.name, *denoise.NEEDED)}
         image = noisy = pictures[passes.COMBINED.name]
@@ -281,7 +296,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         try:
             image, error = work.result() or (noisy, None)
         except RuntimeError as failure:
-            self.report({"WARNING"}, report("{name}: the picture is not denoised: {reason}", name=depsgraph.scene.name, reason=str(failure)))
+            self.report({"WARNING"}, report("{name}: the picture is not denoised: {reason}", name=rendered.scene.name, reason=str(failure)))
         written = {passes.NOISY: noisy}
         if error is not None:
             statistics["denoising_error"] = float(error.mean())
@@ -303,12 +318,12 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
     # ---- Messages -----------------------------------------------------------------------------------------------------
 
-    def _show(self, depsgraph: bpy.types.Depsgraph, text: str) -> None:
+    def _show(self, rendered: Rendered, text: str) -> None:
         now = time.monotonic()
         if now < self._next_words:
             return
         self._next_words = now + (BACKGROUND_WORDS_SECONDS if bpy.app.background else WORDS_SECONDS)
-        self.update_stats(", ".join(filter(None, (depsgraph.scene.name, depsgraph.view_layer.name, self._view))), text)
+        self.update_stats(", ".join(filter(None, (rendered.scene.name, rendered.view_layer.name, self._view))), text)
 
     def _show_memory(self, statistics: dict) -> None:
         peak = statistics.get("peak_memory_bytes")

@@ -117,6 +117,7 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     photons: core_settings.definition("photons")
     photon_radius: core_settings.definition("photon_radius")
     memory_limit: core_settings.definition("memory_limit")
+    compact_bvh: core_settings.definition("compact_bvh")
     show_photons: bpy.props.BoolProperty(
         name="Show Photons", description="After a render, or while a view is rendered, draw the photons of the last pass as points in the 3D views",
         default=False, update=lambda self, context: hints.redraw_views(context))

@@ -58,6 +58,7 @@ struct RenderSettings {
   float ao_distance = 10.0f;
   bool transparent_glass = false;
   float transparent_glass_roughness = 0.1f;
+  bool compact_bvh = false;  ///< scene/accel.h
   bool operator==(const RenderSettings&) const = default;
 };
 

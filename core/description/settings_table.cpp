@@ -253,7 +253,14 @@ constexpr Setting<RenderSettings> kRenderSettings[] = {
      .text = "Glass that is rougher than this stays opaque before a transparent film.",
      .range = {0, 1, Outside::Clamp, Outside::Clamp},
      .since = 'L',
-     .property = {"Roughness Threshold", "Glass that is rougher than this stays opaque", 0, 1}}};
+     .property = {"Roughness Threshold", "Glass that is rougher than this stays opaque", 0, 1}},
+    {.name = "compact_bvh",
+     .field = in_settings<&S::compact_bvh>,
+     .text = "Whether the ray tracing structure of triangles takes about half of the memory. Rays then need more time.",
+     .since = 'O',
+     .property = {.label = "Compact BVH",
+                  .description = "Build a ray tracing structure that needs about half of the memory. Rendering takes "
+                                 "longer"}}};
 
 constexpr Setting<BounceLimits> kBounceLimits[] = {
     {.name = "total",

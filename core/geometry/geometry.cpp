@@ -1,6 +1,39 @@
 #include "geometry/geometry.h"
 
+#include <utility>
+
 namespace ajar {
+
+BuiltMesh take_mesh(MeshDescription&& d) {
+  BuiltMesh mesh;
+  mesh.name = std::move(d.name);
+  if (!d.strands.empty()) {
+    mesh.strands = make_strands(d);
+    for (uint32_t i = 0; !d.material_slots.empty() && i < mesh.strands->segment_count(); ++i)
+      mesh.material_slots.push_back(d.material_slots[mesh.strands->strand_of(i)]);
+  } else if (d.is_points()) {
+    mesh.points = make_points(d);
+  } else {
+    mesh.deformation = make_deformation(d);
+    for (std::vector<Vec3>* used : {&d.motion_positions, &d.motion_normals}) std::vector<Vec3>().swap(*used);
+  }
+  if (!mesh.has_triangles()) std::vector<Vec3>().swap(d.positions);
+  mesh.positions = std::move(d.positions);
+  mesh.positions.push_back(Vec3(0.0f));
+  mesh.triangles = std::move(d.triangles);
+  if (!mesh.strands) mesh.material_slots = std::move(d.material_slots);
+  mesh.normal_domain = d.normal_domain;
+  mesh.normals = std::move(d.normals);
+  mesh.attributes = std::move(d.attributes);
+  for (VolumeGrid& grid : d.grids) mesh.grids.emplace_back(std::move(grid));
+  mesh.density_in_object_space = d.density_in_object_space;
+  mesh.source = std::move(d.shared);
+  mesh.texture_space_location = d.texture_space_location;
+  mesh.texture_space_size = d.texture_space_size;
+  mesh.active_uv = mesh.find_attribute(d.active_uv);
+  mesh.undeformed_position = mesh.find_attribute(kUndeformedPosition);
+  return mesh;
+}
 
 size_t BuiltMesh::memory_bytes() const {
   size_t bytes = positions.size() * sizeof(Vec3) + triangles.size() * sizeof(UVec3) +

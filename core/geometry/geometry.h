@@ -35,6 +35,7 @@ struct BuiltMesh {
   Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};
   bool baked = false;      ///< positions are in world space
   bool displaced = false;  ///< vertices were moved by the materials (scene/displace.h)
+  bool divided = false;    ///< some vertices are at the same place, with different values (shared_corners.h)
   /// Null: no material bends the normals of the surface before the displacement.
   std::shared_ptr<const Undisplaced> undisplaced;
   /// One of these, or null for triangles. Then there are neither positions nor normals, and slots are per segment or per
@@ -78,6 +79,9 @@ struct BuiltMesh {
   /// Value at a place on a triangle, on a segment or on a point of a cloud; missing components are 0 (alpha 1).
   Vec4 interpolate(const Attribute& attribute, uint32_t triangle, Vec2 barycentric) const;
 };
+
+/// Moves a valid description to a built mesh, in object space.
+BuiltMesh take_mesh(MeshDescription&& description);
 
 struct BuiltInstance {
   Mat4 world_from_object{1.0f}, object_from_world{1.0f};

@@ -24,6 +24,7 @@ uint64_t segments_of(const MeshDescription& mesh) {
   return mesh.positions.size() > mesh.strands.size() ? mesh.positions.size() - mesh.strands.size() : 0;
 }
 
+/// Of its arrays, at most: values of corners that agree take less memory (geometry/shared_corners.h).
 uint64_t bytes_of(const MeshDescription& mesh) {
   uint64_t bytes = (mesh.positions.size() + 1) * sizeof(Vec3) + mesh.triangles.size() * sizeof(UVec3) +
                    mesh.material_slots.size() * sizeof(uint16_t) + mesh.normals.size() * sizeof(Vec3);
@@ -45,7 +46,7 @@ uint64_t bytes_of(const MeshDescription& mesh) {
 }
 
 /// What the triangles of an adaptive subdivision need, about.
-uint64_t bytes_after_subdivision(const MeshDescription& mesh, const DicingRate& rate) {
+uint64_t bytes_after_subdivision(const MeshDescription& mesh, const DicingRate& rate, uint64_t of_structure) {
   const uint64_t triangles = uint64_t(estimate_diced_triangles(mesh, rate)), vertices = triangles / 2;
   uint64_t bytes = vertices * 2 * sizeof(Vec3) + triangles * (sizeof(UVec3) + sizeof(uint16_t)) +
                    mesh.subdivision.tangents.size() * triangles * 3 * sizeof(Vec4);
@@ -54,7 +55,7 @@ uint64_t bytes_after_subdivision(const MeshDescription& mesh, const DicingRate& 
              (attribute.domain == Domain::Vertex   ? vertices
               : attribute.domain == Domain::Corner ? 3 * triangles
                                                    : triangles);
-  return bytes + triangles * kStructureBytesPerTriangle;
+  return bytes + triangles * of_structure;
 }
 
 /// What the displacement of its materials adds to each mesh: the original positions, normals and tangents.
@@ -134,12 +135,14 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
   MemoryPart geometry{"geometry"}, instances{"instances"}, textures{"textures"}, volumes{"volumes"}, photons{"photons"},
       guide{"path guide"}, records{"irradiance records"}, film{"the picture"};
   const std::vector<uint64_t> displacements = bytes_of_displacements(d);
+  const uint64_t of_structure = d.settings.compact_bvh ? kCompactBytesPerTriangle : kStructureBytesPerTriangle;
   for (size_t i = 0; i < d.meshes.size(); ++i) {
     const MeshDescription& mesh = d.meshes[i].shared ? *d.meshes[i].shared : d.meshes[i];
     add(geometry, mesh.name,
-        bytes_of(mesh) + displacements[i] + mesh.triangles.size() * kStructureBytesPerTriangle +
-            kStructureBytesPerMesh +
-            (mesh.subdivision.empty() ? 0 : bytes_after_subdivision(mesh, dicing_rate_of(d, i, dicing_pixels(d)))) +
+        bytes_of(mesh) + displacements[i] + mesh.triangles.size() * of_structure + kStructureBytesPerMesh +
+            (mesh.subdivision.empty()
+                 ? 0
+                 : bytes_after_subdivision(mesh, dicing_rate_of(d, i, dicing_pixels(d)), of_structure)) +
             (mesh.strands.empty() ? 0 : segments_of(mesh) * kStructureBytesPerSegment) +
             (mesh.is_points() ? mesh.positions.size() * kStructureBytesPerPoint : 0));
   }

@@ -17,11 +17,12 @@ namespace ajar {
 
 /// Upper bounds of the memory that Embree allocates for its acceleration structures. The allocation depends on the
 /// instruction set, the number of threads and the shapes. Measured with SSE4.2, AVX, AVX2 and AVX-512 and 1 to 64
-/// threads: 54 to 84 bytes per triangle (meshes, and separate triangles of any size), 116 to 126 bytes per segment of
+/// threads: 54 to 84 bytes per triangle (meshes, and separate triangles of any size; 28 to 39 with a compact structure), 116 to 126 bytes per segment of
 /// hair, 21 to 33 bytes per point of a cloud. The bounds are 14 % above the maximum. An instance has 73 to 150 bytes of tree and an object on the heap that
 /// Embree does not count (`make bench` measures the sum).
-inline constexpr uint64_t kStructureBytesPerTriangle = 96, kStructureBytesPerSegment = 144,
-                          kStructureBytesPerPoint = 38, kStructureBytesPerInstance = 440, kStructureBytesPerMesh = 1500;
+inline constexpr uint64_t kStructureBytesPerTriangle = 96, kCompactBytesPerTriangle = 48,
+                          kStructureBytesPerSegment = 144, kStructureBytesPerPoint = 38,
+                          kStructureBytesPerInstance = 440, kStructureBytesPerMesh = 1500;
 /// Maximum number of photons that a photon path or a step of a chain leaves, in scenes that are not all white.
 inline constexpr uint64_t kPhotonsPerPath = 4;
 /// Bytes of a photon in its map, in the list from which the next map is made, and in the order of its tree.

@@ -34,8 +34,9 @@ float farthest_through(const Mat4& object_from_world) {
 
 /// The options of Embree's device. AJAR_EMBREE adds to them, for example "isa=sse4.2" or "verbose=1"
 /// (docs/developer/robustness.md).
-std::string device_options() {
+std::string device_options(bool compact) {
   std::string options = "start_threads=0,set_affinity=0";
+  if (compact) options += ",tri_accel=qbvh4.triangle4i";
   if (const char* more = std::getenv("AJAR_EMBREE")) options.append(",").append(more);
   return options;
 }
@@ -43,12 +44,13 @@ std::string device_options() {
 /// The device that the structures of consecutive scenes share.
 struct Device {
   RTCDevice handle = nullptr;
+  const bool compact;
   std::atomic<int64_t> bytes{0};
   std::mutex error_mutex;
   std::string error;
 
-  Device() {
-    handle = rtcNewDevice(device_options().c_str());
+  explicit Device(bool is_compact = false) : compact(is_compact) {
+    handle = rtcNewDevice(device_options(compact).c_str());
     if (!handle) throw SceneError("Embree could not be started on this machine.");
     rtcSetDeviceErrorFunction(
         handle,
@@ -229,12 +231,16 @@ void set_place(RTCGeometry geometry, const BuiltInstance& instance) {
 
 }  // namespace
 
-Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances, const std::atomic<bool>* stop,
-             Accel* previous, const std::vector<BuiltInstance>& previous_instances)
+Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances, bool compact,
+             const std::atomic<bool>* stop, Accel* previous, const std::vector<BuiltInstance>& previous_instances)
     : data_(std::make_unique<Data>()) {
   Data& d = *data_;
   d.stop = stop;
-  d.shared_device = previous ? previous->data_->shared_device : std::make_shared<Device>();
+  if (previous && previous->data_->shared_device->compact != compact) {
+    previous = nullptr;
+    for (BuiltMesh& mesh : meshes) mesh.structure.reset();
+  }
+  d.shared_device = previous ? previous->data_->shared_device : std::make_shared<Device>(compact);
   d.device = d.shared_device->handle;
   tbb::parallel_for(size_t(0), meshes.size(), [&](size_t i) {
     if (meshes[i].baked || meshes[i].empty() || meshes[i].structure || (stop && stop->load())) return;

@@ -21,12 +21,14 @@ struct LampHit;
 
 class Accel {
  public:
-  /// Builds everything. Throws Cancelled if `stop` is set, and SceneError if Embree fails (out of memory).
+  /// Builds everything. With `compact`, the structure of triangles takes about half of the memory, and rays need more time:
+  /// boxes have bounds of 8 bits, and triangles refer to their vertices. Throws Cancelled if `stop` is set, and SceneError if Embree fails (out of memory).
   /// The arrays of `meshes` and `instances` must outlive this object, because Embree reads them in place. Meshes keep a
   /// structure that `previous` has made. The top-level structure of `previous` is taken over if no more than half of
   /// its instances, `previous_instances`, have changed.
-  Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances, const std::atomic<bool>* stop,
-        Accel* previous, const std::vector<BuiltInstance>& previous_instances);
+  /// A structure that is compact and one that is not share nothing.
+  Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances, bool compact,
+        const std::atomic<bool>* stop, Accel* previous, const std::vector<BuiltInstance>& previous_instances);
   ~Accel();
   void build_lamps(const LightSet& lights);
 

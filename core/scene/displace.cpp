@@ -258,6 +258,20 @@ class Displacer {
 
 }  // namespace
 
+std::vector<bool> moved_meshes(const SceneDescription& d) {
+  std::vector<bool> moved(d.meshes.size(), false);
+  for (const ObjectDescription& object : d.objects) {
+    if (object.mesh < 0 || size_t(object.mesh) >= moved.size()) continue;
+    for (const int index : object.materials) {
+      if (index < 0 || size_t(index) >= d.materials.size()) continue;
+      const MaterialDescription& material = d.materials[size_t(index)];
+      if (material.graph.displacement.node >= 0 && material.displacement_method != DisplacementMethod::Bump)
+        moved[size_t(object.mesh)] = true;
+    }
+  }
+  return moved;
+}
+
 size_t displace(BuiltMesh& mesh, const BuiltInstance& instance, const ObjectDescription& object,
                 std::span<const uint32_t> materials, const std::vector<ShaderProgram>& programs,
                 const std::atomic<bool>* stop) {

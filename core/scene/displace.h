@@ -11,6 +11,9 @@
 
 namespace ajar {
 
+/// For each mesh, whether materials may move its vertices.
+std::vector<bool> moved_meshes(const SceneDescription& description);
+
 /// Moves each vertex of `mesh` by the displacement of the first of its triangles whose material has one, as Cycles does.
 /// The shader sees the mesh in `instance`, where it does not move, with smooth normals. Each program of `programs` that
 /// `materials` lists belongs to a slot.

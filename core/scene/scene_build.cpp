@@ -7,6 +7,7 @@
 
 #include "description/archive.h"
 #include "description/validate.h"
+#include "geometry/shared_corners.h"
 #include "math/random.h"
 #include "scene/accel.h"
 #include "scene/catchers.h"
@@ -59,37 +60,6 @@ void bake(BuiltMesh& mesh, const Mat4& world_from_object) {
     n = len > 0.0f ? n / len : Vec3(0.0f);
   }
   mesh.baked = true;
-}
-
-BuiltMesh take(MeshDescription&& d) {
-  BuiltMesh mesh;
-  mesh.name = std::move(d.name);
-  if (!d.strands.empty()) {
-    mesh.strands = make_strands(d);
-    for (uint32_t i = 0; !d.material_slots.empty() && i < mesh.strands->segment_count(); ++i)
-      mesh.material_slots.push_back(d.material_slots[mesh.strands->strand_of(i)]);
-  } else if (d.is_points()) {
-    mesh.points = make_points(d);
-  } else {
-    mesh.deformation = make_deformation(d);
-    for (std::vector<Vec3>* used : {&d.motion_positions, &d.motion_normals}) std::vector<Vec3>().swap(*used);
-  }
-  if (!mesh.has_triangles()) std::vector<Vec3>().swap(d.positions);
-  mesh.positions = std::move(d.positions);
-  mesh.positions.push_back(Vec3(0.0f));
-  mesh.triangles = std::move(d.triangles);
-  if (!mesh.strands) mesh.material_slots = std::move(d.material_slots);
-  mesh.normal_domain = d.normal_domain;
-  mesh.normals = std::move(d.normals);
-  mesh.attributes = std::move(d.attributes);
-  for (VolumeGrid& grid : d.grids) mesh.grids.emplace_back(std::move(grid));
-  mesh.density_in_object_space = d.density_in_object_space;
-  mesh.source = std::move(d.shared);
-  mesh.texture_space_location = d.texture_space_location;
-  mesh.texture_space_size = d.texture_space_size;
-  mesh.active_uv = mesh.find_attribute(d.active_uv);
-  mesh.undeformed_position = mesh.find_attribute(kUndeformedPosition);
-  return mesh;
 }
 
 struct Stopwatch {
@@ -204,6 +174,7 @@ class Scene::Builder {
   std::shared_ptr<Scene> build() {
     step("Checking the scene", 0.0f);
     if (!options_.alone && has_catchers(d_)) s_.catchers_ = alone(catchers_alone(d_));
+    moved_ = moved_meshes(d_);
     find_kept_meshes();
     const ValidationCounts counts = validate(d_, diagnostics_);
     s_.settings_ = d_.settings;
@@ -257,6 +228,7 @@ class Scene::Builder {
   const std::shared_ptr<Scene> previous_;  // null: there is none
   const std::shared_ptr<Scene> scene_{new Scene()};
   Scene& s_ = *scene_;
+  std::vector<bool> moved_;                              // meshes whose materials may move their vertices
   std::vector<BuiltMesh*> kept_;                         // meshes of the previous scene that are moved to this one
   std::vector<uint32_t> users_;                          // instances of each mesh
   std::vector<uint32_t> first_material_;                 // of each object, in the table
@@ -276,7 +248,7 @@ void Scene::Builder::find_kept_meshes() {
     const auto source = d_.meshes[i].shared;
     if (!source) continue;
     const auto found = at_hand.find(source.get());
-    if (found != at_hand.end()) {
+    if (found != at_hand.end() && !(found->second->divided && moved_[i])) {
       kept_[i] = found->second;
       at_hand.erase(found);
     } else {
@@ -290,7 +262,8 @@ void Scene::Builder::take_meshes() {
   users_.assign(d_.meshes.size(), 0);
   for (const InstanceDescription& instance : d_.instances) ++users_[d_.objects[instance.object].mesh];
   for (size_t i = 0; i < d_.meshes.size(); ++i) {
-    s_.meshes_.push_back(kept_[i] ? std::move(*kept_[i]) : take(std::move(d_.meshes[i])));
+    s_.meshes_.push_back(kept_[i] ? std::move(*kept_[i]) : take_mesh(std::move(d_.meshes[i])));
+    if (!kept_[i] && !moved_[i]) share_corners(s_.meshes_.back());
     s_.statistics_.kept_meshes += kept_[i] ? 1 : 0;
   }
 }
@@ -461,7 +434,7 @@ void Scene::Builder::displace_meshes() {
 }
 
 void Scene::Builder::build_structure() {
-  s_.accel_ = std::make_unique<Accel>(s_.meshes_, s_.instances_, options_.stop,
+  s_.accel_ = std::make_unique<Accel>(s_.meshes_, s_.instances_, s_.settings_.compact_bvh, options_.stop,
                                       previous_ ? previous_->accel_.get() : nullptr,
                                       previous_ ? std::move(previous_->instances_) : std::vector<BuiltInstance>());
   s_.statistics_.placed_instances = s_.accel_->placed_instances();

@@ -5,6 +5,8 @@ A corner of triangle t is one of Blender's loops: `loops[t, k]` maps all values 
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
@@ -15,6 +17,7 @@ from ..ajar_module import ajar
 from .context import ExportContext
 
 EMPTY = -1
+Polygons = Callable[[], np.ndarray]   # the polygon of each triangle; most meshes do not need them
 
 
 @dataclass
@@ -43,19 +46,19 @@ def arrays(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified:
     context.check_cancelled()
     # Unsigned as in Blender, so that Blender copies them in bulk.
     loops = _read(mesh.loop_triangles, "loops", 3, np.uint32)
-    polygons = _read(mesh.loop_triangles, "polygon_index", 1, np.uint32)
+    polygons = functools.cache(lambda: _read(mesh.loop_triangles, "polygon_index", 1, np.uint32))
     triangles = _read(mesh.loops, "vertex_index", 1, np.uint32)[loops]
     positions = _read(mesh.vertices, "co", 3, np.float32)
     context.check_cancelled()
     normal_domain, normals = _normals(mesh, positions, triangles, loops, polygons)
     context.check_cancelled()
     materials = compat.polygon_materials(mesh)
-    slots = materials[polygons].astype(np.uint16) if materials is not None and materials.any() else None
+    slots = materials[polygons()].astype(np.uint16) if materials is not None and materials.any() else None
     attributes = _uv_maps(mesh, loops) + _colors(mesh, loops, polygons) + _requested(context, mesh, loops, polygons)
     attributes += _analysed(context, mesh, positions, triangles)
     attributes += _tangents(context, mesh, positions, triangles, (normal_domain, normals), loops)
     if normals is not None and normal_domain == ajar.Domain.Corner and materials_move_vertices(mesh):
-        attributes.append((ajar.FLAT_FACES, ajar.Domain.Face, (~_smooth(mesh))[polygons].astype(np.float32).reshape(-1, 1)))
+        attributes.append((ajar.FLAT_FACES, ajar.Domain.Face, (~_smooth(mesh))[polygons()].astype(np.float32).reshape(-1, 1)))
     if is_modified and context.uses_generated:
         attributes += _undeformed(mesh, positions)
     context.check_cancelled()
@@ -75,7 +78,7 @@ def face_arrays(context: ExportContext, mesh: bpy.types.Mesh, name: str, keeps_n
     sizes, starts = _read(mesh.polygons, "loop_total", 1, np.int32), _read(mesh.polygons, "loop_start", 1, np.int32)
     ends = np.cumsum(sizes, dtype=np.int64)
     loops = np.arange(ends[-1]) + np.repeat(starts - (ends - sizes), sizes)   # in the order of the faces
-    polygons = np.arange(count)
+    polygons = functools.cache(lambda: np.arange(count))
     positions = _read(mesh.vertices, "co", 3, np.float32)
     corners = _read(mesh.loops, "vertex_index", 1, np.uint32)[loops]
     smooth = _smooth(mesh)
@@ -118,7 +121,7 @@ def normals_by(corners: CornerMap, mesh: bpy.types.Mesh, positions: np.ndarray) 
         return None
     if not np.array_equal(_read(mesh.loops, "vertex_index", 1, np.uint32)[corners.loops], corners.triangles):
         return None
-    return _normals(mesh, positions, corners.triangles, corners.loops, corners.polygons)
+    return _normals(mesh, positions, corners.triangles, corners.loops, lambda: corners.polygons)
 
 
 def _rendered_map(mesh: bpy.types.Mesh) -> str:
@@ -133,7 +136,7 @@ def _read(collection: bpy.types.bpy_prop_collection, name: str, columns: int, ki
 
 
 def _normals(mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray, loops: np.ndarray,
-             polygons: np.ndarray) -> tuple[ajar.Domain, np.ndarray | None]:
+             polygons: Polygons) -> tuple[ajar.Domain, np.ndarray | None]:
     """Shading normals: none if all faces are flat, per vertex if all are smooth, otherwise per corner."""
     smooth = _smooth(mesh)
     if not smooth.any():
@@ -145,8 +148,8 @@ def _normals(mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray,
         corners = compat.corner_normals(mesh)[loops]
     else:
         corners = compat.vertex_normals(mesh)[triangles]
-    flat = ~smooth[polygons]
-    if flat.any():
+    if not smooth.all():
+        flat = ~smooth[polygons()]
         # The normal of the triangle, not of its polygon, since polygons need not be planar.
         corners[flat] = _triangle_normals(positions, triangles[flat])[:, None, :]
     return ajar.Domain.Corner, corners.reshape(-1, 3)
@@ -216,11 +219,11 @@ def _tangents(context: ExportContext, mesh: bpy.types.Mesh, positions: np.ndarra
     return found
 
 
-def _colors(mesh: bpy.types.Mesh, loops: np.ndarray, polygons: np.ndarray) -> list[tuple]:
+def _colors(mesh: bpy.types.Mesh, loops: np.ndarray, polygons: Polygons) -> list[tuple]:
     return [_attribute(attribute, loops, polygons) for attribute in mesh.color_attributes if len(attribute.data)]
 
 
-def _requested(context: ExportContext, mesh: bpy.types.Mesh, loops: np.ndarray, polygons: np.ndarray) -> list[tuple]:
+def _requested(context: ExportContext, mesh: bpy.types.Mesh, loops: np.ndarray, polygons: Polygons) -> list[tuple]:
     """Other attributes that a material uses by name."""
     known = {layer.name for layer in mesh.uv_layers} | {attribute.name for attribute in mesh.color_attributes}
     found = []
@@ -252,10 +255,10 @@ def _values_of(attribute: bpy.types.Attribute) -> np.ndarray:
     return _read(attribute.data, value, components, kind).astype(np.float32, copy=False).reshape(-1, components)
 
 
-def _attribute(attribute: bpy.types.Attribute, loops: np.ndarray, polygons: np.ndarray) -> tuple:
+def _attribute(attribute: bpy.types.Attribute, loops: np.ndarray, polygons: Polygons) -> tuple:
     values = _values_of(attribute)
     if attribute.domain == "CORNER":
         values = values[loops.reshape(-1)]
     elif attribute.domain == "FACE":
-        values = values[polygons]
+        values = values[polygons()]
     return attribute.name, _DOMAINS[attribute.domain], values

@@ -366,6 +366,9 @@ TEXTS = {
     "Memory Limit (MiB)": "Speichergrenze (MiB)",
     "Refuse to start a render that needs more memory, and report what needs most. 0 for no limit":
         "Das Rendern ablehnen, wenn es mehr Speicher braucht, und melden, was am meisten braucht. 0: keine Grenze",
+    "Compact BVH": "Kompaktes BVH",
+    "Build a ray tracing structure that needs about half of the memory. Rendering takes longer":
+        "Eine Struktur für die Strahlverfolgung bauen, die etwa halb so viel Speicher braucht. Das Rendern dauert länger",
     "Save the samples in a file during the render, so that a render that was stopped can continue":
         "Während des Renderns die Abtastwerte in einer Datei sichern, damit ein abgebrochenes Rendern fortgesetzt werden kann",
     "File": "Datei",

@@ -261,6 +261,7 @@ class AJAR_RENDER_PT_performance(AjarPanel, Panel):
         row.enabled = render.threads_mode == "FIXED"
         row.prop(render, "threads")
         column.prop(context.scene.ajar, "memory_limit")
+        column.prop(context.scene.ajar, "compact_bvh")
         column.prop(render, "use_persistent_data", text="Persistent Data")
 
 

@@ -44,7 +44,7 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
             "Scene.motion_blur_position", "Scene.rolling_shutter_type", "Scene.rolling_shutter_duration")),
         "AJAR_RENDER_PT_shutter_curve": (f"How far the shutter is open at each moment. {BLENDERS}", ()),
         "AJAR_RENDER_PT_performance": ("Threads and memory. The picture does not depend on the number of threads. The settings of threads are Blender's own. "
-                                       "More: [Performance](rendering.md#performance), [Memory](memory.md).", ("Scene.memory_limit",)),
+                                       "More: [Performance](rendering.md#performance), [Memory](memory.md).", ("Scene.memory_limit", "Scene.compact_bvh")),
         "AJAR_RENDER_PT_compositor": (f"Blender's compositor, which works on the pictures of every engine. {BLENDERS}", ()),
         "AJAR_RENDER_PT_checkpoint": ("Saves the samples during the render, so that a render that was stopped can continue. More: [Long renders](rendering.md#long-renders).", (
             "Scene.use_checkpoint", "Scene.checkpoint_path", "Scene.checkpoint_interval", "Scene.use_resume")),

@@ -247,5 +247,31 @@ TEST(Displacement, StartsFromTheOriginalMeshInEachScene) {
   EXPECT_NEAR(seen(*scene, 0.3f, 0.1f).position.z, 0.0f, 1e-6f);
 }
 
+// Vertices that are divided at the seam of a map would tear apart.
+TEST(Displacement, LeavesVerticesUndivided) {
+  MeshDescription mesh = grid(4, Shading::Corner);
+  std::vector<float> uvs;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t)  // an island for each half
+    for (int k = 0; k < 3; ++k)
+      for (const float x : {mesh.positions[mesh.triangles[t][k]].x, t < mesh.triangles.size() / 2 ? 0.0f : 5.0f})
+        uvs.push_back(x);
+  mesh.attributes.push_back({"UVMap", Domain::Corner, 2, uvs});
+  const size_t vertices = mesh.positions.size();
+  const auto shared = std::make_shared<const MeshDescription>(std::move(mesh));
+  const auto next = [&](MaterialDescription m, std::shared_ptr<Scene> previous) {
+    SceneDescription d = scene_of(std::move(m), MeshDescription());
+    d.meshes[0].shared = shared;
+    return build(std::move(d), nullptr, std::move(previous));
+  };
+  std::shared_ptr<Scene> scene = next(lifted(0.5f, DisplacementMethod::Bump), nullptr);
+  EXPECT_EQ(scene->meshes()[0].positions.size(), vertices + 5 + 1);
+  EXPECT_TRUE(scene->meshes()[0].divided);
+  scene = next(lifted(0.5f), scene);  // does not take over the divided mesh
+  EXPECT_EQ(scene->meshes()[0].positions.size(), vertices + 1);
+  EXPECT_FALSE(scene->meshes()[0].divided);
+  scene = next(lifted(0.5f, DisplacementMethod::Bump), scene);
+  EXPECT_EQ(scene->meshes()[0].positions.size(), vertices + 5 + 1);
+}
+
 }  // namespace
 }  // namespace ajar::test_displacement
