@@ -15,6 +15,7 @@
 #include "scene/displace.h"
 #include "scene/pass_names.h"
 #include "shading/images/color_spaces.h"
+#include "shading/images/tile_cache.h"
 
 namespace ajar {
 
@@ -106,6 +107,9 @@ void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, c
                     ShaderContext context, Diagnostics& diagnostics) {
   bool sees_camera = false;
   context.sees_camera = &sees_camera;
+  // A texel of a bake can be of any size.
+  context.takes_means = of == CameraShader::Of::Material && context.camera &&
+                        context.camera->kind != CameraKind::Texels;
   ShaderProgram& program = of == CameraShader::Of::Material ? programs_[index]
                            : of == CameraShader::Of::Lamp   ? lamp_programs_[index]
                                                             : world_program_;
@@ -387,7 +391,7 @@ void Scene::Builder::add_motion(const InstanceDescription& in, BuiltInstance& in
 /// Of the materials, only those that are used.
 void Scene::Builder::compile_shaders() {
   s_.textures_ = std::make_unique<TextureStore>(std::move(d_.images), previous_ ? previous_->textures_.get() : nullptr,
-                                                d_.color);
+                                                d_.color, texture_cache_of(d_.settings));
   ShaderContext context;
   context.camera = &d_.camera;
   context.image_width = d_.settings.width;
@@ -415,6 +419,8 @@ void Scene::Builder::compile_shaders() {
   compile_world(context);
   for (size_t i = 0; i < shown_by_.size(); ++i) s_.has_media_ |= shown_by_[i] >= 0 && s_.programs_[i].has_volume();
   s_.textures_->forget_previous();
+  s_.statistics_.tiled_textures = uint64_t(s_.textures_->tiled_count());
+  s_.statistics_.made_textures = uint64_t(s_.textures_->made_count());
   s_.statistics_.kept_textures = uint64_t(s_.textures_->kept_count());
   s_.statistics_.texture_bytes = s_.textures_->memory_bytes();
 }
