@@ -200,6 +200,7 @@ class Scene {
 
  private:
   /// The data from which a program is compiled for another camera.
+  void count_textures();
   struct CameraShader {
     enum class Of : uint8_t { Material, Lamp, World } of;
     size_t index;

@@ -20,7 +20,6 @@
 namespace ajar {
 
 namespace {
-
 constexpr int kMaxMotionKeys = 129;  // limit of Embree
 
 /// Whether a transform flattens space, so that it has no inverse, or shrinks it so far that rays in it could not be
@@ -107,9 +106,7 @@ void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, c
                     ShaderContext context, Diagnostics& diagnostics) {
   bool sees_camera = false;
   context.sees_camera = &sees_camera;
-  // A texel of a bake can be of any size.
-  context.takes_means = of == CameraShader::Of::Material && context.camera &&
-                        context.camera->kind != CameraKind::Texels;
+  context.takes_means = of == CameraShader::Of::Material && context.camera->kind != CameraKind::Texels;
   ShaderProgram& program = of == CameraShader::Of::Material ? programs_[index]
                            : of == CameraShader::Of::Lamp   ? lamp_programs_[index]
                                                             : world_program_;
@@ -419,10 +416,7 @@ void Scene::Builder::compile_shaders() {
   compile_world(context);
   for (size_t i = 0; i < shown_by_.size(); ++i) s_.has_media_ |= shown_by_[i] >= 0 && s_.programs_[i].has_volume();
   s_.textures_->forget_previous();
-  s_.statistics_.tiled_textures = uint64_t(s_.textures_->tiled_count());
-  s_.statistics_.made_textures = uint64_t(s_.textures_->made_count());
-  s_.statistics_.kept_textures = uint64_t(s_.textures_->kept_count());
-  s_.statistics_.texture_bytes = s_.textures_->memory_bytes();
+  s_.count_textures();
 }
 
 void Scene::Builder::compile_world(const ShaderContext& context) {

@@ -464,7 +464,6 @@ std::vector<std::pair<int, const Texture*>> ShaderProgram::images() const {
   for (const ImageLookup& lookup : data_->tables.images) all.push_back({lookup.image, lookup.texture});
   return all;
 }
-
 std::vector<SkyDisc> ShaderProgram::sky_discs() const { return data_->sky_discs; }
 
 int ShaderProgram::register_count() const { return data_->register_count; }

@@ -364,6 +364,7 @@ TEXTS = {
 
     # ---- Performance and checkpoints ------------------------------------------------------------------------------------
     "Texture Cache": "Texturcache",
+    "Folder": "Ordner",
     "Read images in tiles, at the resolution that the picture needs, so that scenes with many large images need less memory. Images without a file in the texture cache are loaded whole":
         "Bilder in Kacheln lesen, in der Auflösung, die das Bild braucht, damit Szenen mit vielen großen Bildern weniger Speicher brauchen. Bilder ohne Datei im Texturcache werden "
         "ganz geladen",

@@ -85,7 +85,7 @@ size_t held_by_a_thread(int megabytes) {
 
 struct TileCache::Data {
   Images images = nullptr;
-  uint64_t number = 0;  ///< of this cache in this process
+  std::atomic<uint64_t> number{0};  ///< of this cache in this process; another one after a file was made anew
   int megabytes = 0;
   std::atomic<uint64_t> failed_tiles{0};
   std::atomic<uint64_t> held_bytes{0};
@@ -120,17 +120,26 @@ struct TileCache::Data {
   }
 };
 
+namespace {
+
+uint64_t new_number() {
+  static std::atomic<uint64_t> last{0};
+  return ++last;
+}
+
+}  // namespace
+
 /// The tiles of this thread. They are given back when it ends or reads from another cache.
 class TileCache::OfThread {
  public:
   ~OfThread() { leave(); }
   static HeldTiles& of(const std::shared_ptr<Data>& data) {
     thread_local OfThread here;
-    if (here.number_ != data->number) [[unlikely]] {
+    if (const uint64_t number = data->number.load(std::memory_order_relaxed); here.number_ != number) [[unlikely]] {
       here.leave();
       here.tiles_ = data->take();
       here.data_ = data;
-      here.number_ = data->number;
+      here.number_ = number;
     }
     return *here.tiles_;
   }
@@ -146,11 +155,10 @@ class TileCache::OfThread {
 };
 
 TileCache::TileCache(int megabytes) : data_(std::make_shared<Data>()) {
-  static std::atomic<uint64_t> made{0};
-  data_->number = ++made;
+  data_->number = new_number();
   data_->megabytes = megabytes;
   data_->images = OIIO::ImageCache::create(false);
-  data_->images->attribute("max_memory_MB", float(megabytes));
+  data_->images->attribute("max_memory_MB", 0.625f * float(megabytes));  // it can be exceeded by held tiles
   data_->images->attribute("max_open_files", 256);
   data_->images->attribute("automip", 0);
   data_->images->attribute("forcefloat", 0);
@@ -204,7 +212,10 @@ TiledImage::TiledImage(std::shared_ptr<TileCache> cache, const std::string& path
     levels_.push_back({side_of_level(texture.width, level), side_of_level(texture.height, level)});
   OIIO::ImageCache& images = *cache_->data_->images;
   const OIIO::ustring name(path);
-  if (file == File::New) images.invalidate(name, true);
+  if (file == File::New) {
+    images.invalidate(name, true);
+    cache_->data_->number = new_number();  // threads forget tiles of the older file
+  }
   handle_ = images.get_image_handle(name, nullptr);
 }
 
@@ -261,8 +272,8 @@ class TiledImage::Reader {
     constexpr uint64_t kSide = (1 << 24) - 1;
     OIIO::ImageCache& images = *tiles_.images;
     tiles_.release(entry);
-    // The library evicts no tile that is held, so all threads hold at most half of the limit.
-    if (tiles_.all_bytes->load(std::memory_order_relaxed) > uint64_t(image_.cache_->data_->megabytes) << 19)
+    // The library evicts no tile that is held, so all threads hold at most a quarter of the limit.
+    if (tiles_.all_bytes->load(std::memory_order_relaxed) > uint64_t(image_.cache_->data_->megabytes) << 18)
       tiles_.release();
     OIIO::ImageCache::Tile* const tile = images.get_tile(
         image, tiles_.thread, 0, int(place >> 48), int(place & kSide) * kTile, int(place >> 24 & kSide) * kTile, 0);

@@ -57,7 +57,7 @@ def test_a_render_makes_tiles_and_shows_the_same_picture(build, settings, tmp_pa
     tree = material.node_tree
     tree.nodes.clear()
     output, emission, texture = (tree.nodes.new(f"ShaderNode{name}") for name in ("OutputMaterial", "Emission", "TexImage"))
-    texture.image = texture_image
+    texture.image, texture.interpolation = texture_image, "Closest"
     tree.links.new(emission.outputs[0], output.inputs[0])
     tree.links.new(texture.outputs["Color"], emission.inputs["Color"])
     scene = bpy.context.scene
