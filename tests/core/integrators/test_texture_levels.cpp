@@ -1,14 +1,15 @@
-// Textures in tiles and levels: all techniques render the picture of whole textures.
+// Textures in tiles and levels: which levels a render reads.
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "agreement.h"
 #include "graph_fixtures.h"
 #include "math/hash.h"
 #include "platform/platform.h"
+#include "renders.h"
 #include "shading/images/tile_cache.h"
+#include "transport_scenes.h"
 
 namespace ajar::test_texture_levels {
 
@@ -95,24 +96,6 @@ SceneDescription cached(SceneDescription d, const Folder& folder) {
 }
 
 }  // namespace
-
-class TextureLevels : public ::testing::TestWithParam<const char*> {};
-
-TEST_P(TextureLevels, give_the_picture_of_whole_textures) {
-  const Folder folder;
-  const std::string integrator = GetParam();
-  const auto whole = blocks(hall(), integrator, 64, 8, 100),
-             tiled = blocks(cached(hall(), folder), integrator, 64, 8, 300);
-  for (size_t i = 0; i < whole.size(); ++i) {
-    const double error = std::sqrt(whole[i].variance_of_mean() + tiled[i].variance_of_mean());
-    EXPECT_NEAR(tiled[i].mean(), whole[i].mean(), 0.01 * whole[i].mean() + 4.0 * error + 1e-5) << "value " << i;
-  }
-  EXPECT_LT(std::sqrt(whole[kValues].variance_of_mean() + tiled[kValues].variance_of_mean()),
-            0.01 * whole[kValues].mean())
-      << "inconclusive";
-}
-
-INSTANTIATE_TEST_SUITE_P(Techniques, TextureLevels, ::testing::Values("path", "bdpt", "photon_map", "metropolis"));
 
 TEST(TextureLevels, are_read_instead_of_the_finest_texels_and_reported) {
   const Folder folder;
