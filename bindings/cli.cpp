@@ -195,6 +195,7 @@ void follow(Session& session, const Files& files, uint64_t scene) {
 /// The exit code.
 int render(const Files& files, const Changes& changes) {
   SceneDescription description = load_description(files.scene);
+  description.settings.texture_cache_generate = false;  // a scene from a stranger does not decide what is written
   for (const auto& change : changes) change(description.settings);
   if (files.identity) {
     std::cout << "{\"version\": \"" << AJAR_VERSION << "\", \"scene\": " << fingerprint(description)

@@ -82,6 +82,19 @@ def has_texture_resolution() -> bool:
     return bpy.app.version >= (5, 2)
 
 
+def texture_cache_owner(scene: bpy.types.Scene) -> bpy.types.bpy_struct:
+    """The owner of Texture Cache and Auto Generate: Blender's render settings since 5.2."""
+    return scene.render if hasattr(scene.render, "use_texture_cache") else scene.ajar
+
+
+def texture_cache_folder(scene: bpy.types.Scene) -> str:
+    """Absolute or relative to the file of each image; empty: beside it. Since 5.2 it is one of Blender's preferences."""
+    if texture_cache_owner(scene) != scene.ajar:
+        return bpy.context.preferences.filepaths.texture_cache_directory.removeprefix("//")
+    folder = scene.ajar.texture_cache_directory
+    return os.path.normpath(bpy.path.abspath(folder)) if folder else ""
+
+
 def has_bump_correction() -> bool:
     """Whether Cycles has the switch Bump Map Correction (since 4.1)."""
     return bpy.app.version >= (4, 1)

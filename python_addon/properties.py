@@ -118,6 +118,12 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     photon_radius: core_settings.definition("photon_radius")
     memory_limit: core_settings.definition("memory_limit")
     compact_bvh: core_settings.definition("compact_bvh")
+    use_texture_cache: core_settings.definition("use_texture_cache")
+    use_auto_generate_texture_cache: core_settings.definition("use_auto_generate_texture_cache")
+    texture_cache_directory: bpy.props.StringProperty(
+        name="Folder", description="Folder of the texture cache. If it is empty, the files are beside the images. Images without a file of their own need a folder", default="",
+        subtype="DIR_PATH")
+    texture_cache_size: core_settings.definition("texture_cache_size")
     show_photons: bpy.props.BoolProperty(
         name="Show Photons", description="After a render, or while a view is rendered, draw the photons of the last pass as points in the 3D views",
         default=False, update=lambda self, context: hints.redraw_views(context))

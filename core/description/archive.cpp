@@ -398,6 +398,7 @@ uint64_t view_fingerprint(const CameraDescription& camera, const RenderSettings&
   auto& s = const_cast<RenderSettings&>(settings);
   all(hasher, c, s.filter, s.filter_width, s.transparent_film, s.bounces, s.clamp_direct, s.clamp_indirect, s.mist,
       s.pass_alpha_threshold, s.ao_distance);
+  if (s.texture_cache) visit(hasher, s.texture_cache);  // far surfaces show means of texels
   return hasher.state;
 }
 

@@ -58,6 +58,9 @@ struct RenderSettings {
   float ao_distance = 10.0f;
   bool transparent_glass = false;
   float transparent_glass_roughness = 0.1f;
+  bool texture_cache = false, texture_cache_generate = false;  ///< shading/images/tile_cache.h
+  std::string texture_cache_folder;
+  int texture_cache_size = 1024;
   bool compact_bvh = false;  ///< scene/accel.h
   bool operator==(const RenderSettings&) const = default;
 };

@@ -254,6 +254,40 @@ constexpr Setting<RenderSettings> kRenderSettings[] = {
      .range = {0, 1, Outside::Clamp, Outside::Clamp},
      .since = 'L',
      .property = {"Roughness Threshold", "Glass that is rougher than this stays opaque", 0, 1}},
+    {.name = "texture_cache",
+     .field = in_settings<&S::texture_cache>,
+     .text =
+         "Whether images are read in tiles, at the resolution that the picture needs, from files in the folder of the "
+         "texture cache. Images without such a file are loaded whole.",
+     .since = 'N',
+     .property = {.label = "Texture Cache",
+                  .description = "Read images in tiles, at the resolution that the picture needs, so that scenes with "
+                                 "many large images need less memory. Images without a file in the texture cache are "
+                                 "loaded whole",
+                  .name = "use_texture_cache"}},
+    {.name = "texture_cache_generate",
+     .field = in_settings<&S::texture_cache_generate>,
+     .text = "Whether missing files of the texture cache are made when a scene is built.",
+     .since = 'N',
+     .property = {.label = "Auto Generate",
+                  .description = "Make the files of the texture cache when rendering, if they do not exist or the "
+                                 "image has changed",
+                  .name = "use_auto_generate_texture_cache"}},
+    {.name = "texture_cache_folder",
+     .field = in_settings<&S::texture_cache_folder>,
+     .text =
+         "The folder of the texture cache. A relative folder is relative to the file of each image, and an empty one "
+         "is the folder of that file.",
+     .since = 'N'},
+    {.name = "texture_cache_size",
+     .field = in_settings<&S::texture_cache_size>,
+     .text = "The most memory for tiles of images. Tiles that were not read for long make place for new ones.",
+     .unit = "MiB",
+     .range = {16, 1 << 20, Outside::Clamp, Outside::Clamp},
+     .since = 'N',
+     .property = {"Cache Size (MiB)",
+                  "Most memory for tiles of images. With less memory, tiles are read from the files more often", 16,
+                  1 << 20}},
     {.name = "compact_bvh",
      .field = in_settings<&S::compact_bvh>,
      .text = "Whether the ray tracing structure of triangles takes about half of the memory. Rays then need more time.",

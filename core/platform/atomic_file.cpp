@@ -61,6 +61,32 @@ std::string AtomicFile::commit() {
   return error_;
 }
 
+AtomicPath::AtomicPath(const std::string& path) : path_(path), unfinished_(own_name(path)) {}
+
+AtomicPath::~AtomicPath() {
+  if (started_) platform::remove_file(unfinished_);
+}
+
+std::string AtomicPath::start() {
+  std::FILE* const file = platform::open_file(unfinished_, "wb");
+  if (file == nullptr) return std::generic_category().message(errno);
+  started_ = true;
+  std::fclose(file);
+  return {};
+}
+
+std::string AtomicPath::commit() {
+  std::FILE* const file = platform::open_file(unfinished_, "r+b");
+  if (file == nullptr) return std::generic_category().message(errno);
+  const bool flushed = platform::flush_to_disk(file);
+  const std::string problem = flushed ? "" : std::generic_category().message(errno);
+  std::fclose(file);
+  if (!flushed) return problem;
+  if (const std::error_code error = platform::replace_file(unfinished_, path_)) return error.message();
+  started_ = false;
+  return {};
+}
+
 void Checksum::add(const void* bytes, size_t count) {
   // Four sums side by side, because each waits for its multiplication.
   const char* at = static_cast<const char*>(bytes);

@@ -27,6 +27,24 @@ class AtomicFile {
   std::FILE* file_ = nullptr;
 };
 
+/// The same for a library that writes a file by its name: it writes `unfinished()`.
+class AtomicPath {
+ public:
+  explicit AtomicPath(const std::string& path);
+  ~AtomicPath();  ///< without `commit`: removes what was written
+  AtomicPath(const AtomicPath&) = delete;
+
+  /// Makes the empty file. Returns why that failed, or an empty text.
+  std::string start();
+  const std::string& unfinished() const { return unfinished_; }
+  /// As AtomicFile::commit. The library has closed the file.
+  std::string commit();
+
+ private:
+  std::string path_, unfinished_;
+  bool started_ = false;
+};
+
 /// A checksum of 64 bits over several blocks, against damage and not against forgery. It depends on where blocks end.
 class Checksum {
  public:

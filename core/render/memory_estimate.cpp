@@ -9,6 +9,7 @@
 #include "scene/dice_meshes.h"
 #include "scene/scene.h"
 #include "shading/images/texture.h"
+#include "shading/images/tile_cache.h"
 #include "transport/bidirectional/further_samples.h"
 #include "transport/bidirectional/vertex_merging.h"
 #include "transport/guiding/path_guide.h"
@@ -89,6 +90,25 @@ void add(MemoryPart& part, const std::string& name, uint64_t bytes) {
   part.largest_bytes = bytes;
 }
 
+/// Whole images, the tiles of the others within their limit, and what is needed while the largest file of tiles is made:
+/// the decoded image, the texture and its next level.
+void add_textures(const SceneDescription& d, MemoryPart& part) {
+  const TextureCacheOptions cache = texture_cache_of(d.settings);
+  uint64_t tiled = 0, largest_made = 0;
+  for (const ImageDescription& image : d.images) {
+    const uint64_t bytes = texture_bytes(image);
+    const TiledUse use = bytes > 0 ? tiled_use(image, d.color, cache) : TiledUse::Whole;
+    if (use == TiledUse::Whole) {
+      add(part, image.name.empty() ? image.path : image.name, bytes);
+      continue;
+    }
+    tiled += bytes + bytes / 3;
+    if (use == TiledUse::Made) largest_made = std::max(largest_made, 2 * bytes + bytes / 3);
+  }
+  if (tiled > 0) add(part, "texture cache", std::min(tiled, uint64_t(cache.megabytes) << 20));
+  if (largest_made > 0) add(part, "new file of the texture cache", largest_made);
+}
+
 bool may_merge(const RenderSettings& s) {
   const IntegratorInfo& integrator = find_integrator(s.integrator);
   return s.vertex_merging == Merging::On && (integrator.automatic || integrator.can_merge);
@@ -149,8 +169,7 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
   instances.bytes = d.instances.size() * (sizeof(BuiltInstance) + kStructureBytesPerInstance) +
                     d.motion_keys.size() * sizeof(Mat4) + 2 * d.camera.texels.size() * sizeof(Texel) +
                     d.instance_origins.size() * sizeof(InstanceOrigin);
-  for (const ImageDescription& image : d.images)
-    add(textures, image.name.empty() ? image.path : image.name, texture_bytes(image));
+  add_textures(d, textures);
   volumes.bytes = bytes_of_volumes(d);
   const RenderSettings& s = d.settings;
   const IntegratorInfo& integrator = find_integrator(s.integrator);

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "platform/platform.h"
+#include "shading/images/tile_cache.h"
 
 namespace ajar {
 
@@ -98,10 +99,19 @@ void add_scene(const SessionState& d, json& j) {
                   {"repaired_values", b.repaired_values},
                   {"kept_meshes", b.kept_meshes},
                   {"kept_textures", b.kept_textures},
+                  {"tiled_textures", b.tiled_textures},
+                  {"made_textures", b.made_textures},
                   {"compiled_programs", b.compiled_programs},
                   {"kept_programs", b.kept_programs},
                   {"placed_instances", b.placed_instances},
                   {"kept_environment", b.kept_environment}};
+    const TileStatistics t = d.scene->textures().tile_statistics();
+    if (b.tiled_textures > 0)
+      j["texture_cache"] = {{"limit_bytes", t.limit_bytes},
+                            {"peak_bytes", t.peak_bytes},
+                            {"tiles_read", t.tiles_read},
+                            {"bytes_read", t.bytes_read},
+                            {"failed_tiles", t.failed_tiles}};
   }
 }
 
@@ -151,7 +161,7 @@ void add_errors(const SessionState& d, json& j) {
 /// Messages for the artist.
 void add_diagnostics(const SessionState& d, json& j) {
   j["diagnostics"] = json::array();
-  for (const Diagnostic& diagnostic : d.diagnostics) {
+  for (const Diagnostic& diagnostic : diagnostics_of(d)) {
     const char* severity = diagnostic.severity == Diagnostic::Severity::Info      ? "info"
                            : diagnostic.severity == Diagnostic::Severity::Warning ? "warning"
                                                                                   : "error";
@@ -161,6 +171,16 @@ void add_diagnostics(const SessionState& d, json& j) {
 }
 
 }  // namespace
+
+Diagnostics diagnostics_of(const SessionState& d) {
+  Diagnostics all = d.diagnostics;
+  if (!d.scene) return all;
+  if (const TileStatistics t = d.scene->textures().tile_statistics(); t.failed_tiles > 0)
+    report_once(all, {Diagnostic::Severity::Warning, "Texture Cache",
+                      "'" + t.failed_file + "' is damaged, and places on its surfaces are magenta. " +
+                          (t.removed ? "The file was removed; render again" : "Delete the file")});
+  return all;
+}
 
 std::string statistics_json(const SessionState& d) {
   json j;

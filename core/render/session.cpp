@@ -57,7 +57,7 @@ Progress Session::progress() const { return worker_->state()->progress; }
 
 std::string Session::take_error() { return std::exchange(worker_->state()->error, {}); }
 
-Diagnostics Session::diagnostics() const { return worker_->state()->diagnostics; }
+Diagnostics Session::diagnostics() const { return diagnostics_of(*worker_->state()); }
 
 std::vector<HintReport> Session::hint_reports() const {
   const auto state = worker_->state();

@@ -104,5 +104,7 @@ struct SessionState {
 
 /// The statistics of a render as JSON text: all values of `--ajar-stats`.
 std::string statistics_json(const SessionState& state);
+/// Those of the render so far, with damage that it has found in the texture cache.
+Diagnostics diagnostics_of(const SessionState& state);
 
 }  // namespace ajar

@@ -297,4 +297,11 @@ float way_out(const ShadingPoint& point, Vec3 direction) {
   return std::isfinite(way) ? way : 0.0f;
 }
 
+void Scene::count_textures() {
+  statistics_.tiled_textures = uint64_t(textures_->tiled_count());
+  statistics_.made_textures = uint64_t(textures_->made_count());
+  statistics_.kept_textures = uint64_t(textures_->kept_count());
+  statistics_.texture_bytes = textures_->memory_bytes();
+}
+
 }  // namespace ajar

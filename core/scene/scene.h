@@ -60,6 +60,7 @@ struct BuildStatistics {
   bool transparent_shadows = false;
   /// taken over from the previous scene, neither copied nor built again
   uint64_t kept_meshes = 0, kept_textures = 0;
+  uint64_t tiled_textures = 0, made_textures = 0;     ///< in the cache of tiles; of these, with new files
   uint64_t compiled_programs = 0, kept_programs = 0;  ///< of materials
   /// put into the top-level structure, which can be that of the previous scene; the others were there
   uint64_t placed_instances = 0;
@@ -199,6 +200,7 @@ class Scene {
 
  private:
   /// The data from which a program is compiled for another camera.
+  void count_textures();
   struct CameraShader {
     enum class Of : uint8_t { Material, Lamp, World } of;
     size_t index;

@@ -16,11 +16,11 @@
 #include "scene/displace.h"
 #include "scene/pass_names.h"
 #include "shading/images/color_spaces.h"
+#include "shading/images/tile_cache.h"
 
 namespace ajar {
 
 namespace {
-
 constexpr int kMaxMotionKeys = 129;  // limit of Embree
 
 /// Whether a transform flattens space, so that it has no inverse, or shrinks it so far that rays in it could not be
@@ -76,6 +76,7 @@ void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, c
                     ShaderContext context, Diagnostics& diagnostics) {
   bool sees_camera = false;
   context.sees_camera = &sees_camera;
+  context.takes_means = of == CameraShader::Of::Material && context.camera->kind != CameraKind::Texels;
   ShaderProgram& program = of == CameraShader::Of::Material ? programs_[index]
                            : of == CameraShader::Of::Lamp   ? lamp_programs_[index]
                                                             : world_program_;
@@ -360,7 +361,7 @@ void Scene::Builder::add_motion(const InstanceDescription& in, BuiltInstance& in
 /// Of the materials, only those that are used.
 void Scene::Builder::compile_shaders() {
   s_.textures_ = std::make_unique<TextureStore>(std::move(d_.images), previous_ ? previous_->textures_.get() : nullptr,
-                                                d_.color);
+                                                d_.color, texture_cache_of(d_.settings));
   ShaderContext context;
   context.camera = &d_.camera;
   context.image_width = d_.settings.width;
@@ -388,8 +389,7 @@ void Scene::Builder::compile_shaders() {
   compile_world(context);
   for (size_t i = 0; i < shown_by_.size(); ++i) s_.has_media_ |= shown_by_[i] >= 0 && s_.programs_[i].has_volume();
   s_.textures_->forget_previous();
-  s_.statistics_.kept_textures = uint64_t(s_.textures_->kept_count());
-  s_.statistics_.texture_bytes = s_.textures_->memory_bytes();
+  s_.count_textures();
 }
 
 void Scene::Builder::compile_world(const ShaderContext& context) {

@@ -187,7 +187,7 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.bump_terminator = context.bump_terminator;
   ProgramBuilder builder(node_catalog(), graph, owner, textures, diagnostics, context);
   if (context.displacement_method != DisplacementMethod::Bump)
-    data.displacement = nodes::displacement_vector(builder).at;
+    data.displacement = builder.with_exact_images([&] { return nodes::displacement_vector(builder); }).at;
   if (context.displacement_method != DisplacementMethod::Displacement) {
     const Value smooth = builder.surface_normal(), bent = nodes::displaced_normal(builder);
     if (bent.at != smooth.at && context.displacement_method == DisplacementMethod::Bump)
@@ -358,7 +358,8 @@ bool ShaderProgram::emission_is_slow() const {
     return std::any_of(data_->emission_code.begin(), data_->emission_code.end(),
                        [&](const Instruction& i) { return std::find(ops.begin(), ops.end(), i.op) != ops.end(); });
   };
-  return has({Op::Noise, Op::NoiseColor, Op::Voronoi, Op::Wave}) && !has({Op::Image, Op::ImageBox, Op::Environment});
+  return has({Op::Noise, Op::NoiseColor, Op::Voronoi, Op::Wave}) &&
+         !has({Op::Image, Op::ImageBox, Op::ImageOver, Op::ImageBoxOver, Op::Environment});
 }
 bool ShaderProgram::emission_depends_on_mesh_alone() const {
   return std::all_of(data_->emission_code.begin(), data_->emission_code.end(), [](const Instruction& i) {
@@ -463,7 +464,6 @@ std::vector<std::pair<int, const Texture*>> ShaderProgram::images() const {
   for (const ImageLookup& lookup : data_->tables.images) all.push_back({lookup.image, lookup.texture});
   return all;
 }
-
 std::vector<SkyDisc> ShaderProgram::sky_discs() const { return data_->sky_discs; }
 
 int ShaderProgram::register_count() const { return data_->register_count; }

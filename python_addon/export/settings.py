@@ -21,13 +21,14 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     render, ours = context.scene.render, plain.of(context.scene.ajar)
     out.width, out.height = resolution(render)
     out.region = region(render)
-    values = {prop: getattr(ours, prop) for prop in core_settings.SETTINGS} | _asked(context) | options.settings
+    values = {prop: getattr(ours, prop) for prop in core_settings.SETTINGS} | _texture_cache(context.scene) | _asked(context) | options.settings
     for prop, value in values.items():
         _set(out, core_settings.SETTINGS[prop].name, _FILTERS[value.lower()] if prop == "filter" else value)
     # A number of samples or a time on the command line replaces the noise target, unless it was set in Ajar.
     replaced = not inherited.is_own(context.scene.ajar, "noise_target") and options.settings.keys() & {"samples", "time_limit"}
     if replaced and "noise_target" not in options.settings:
         out.target_error = 0.0
+    out.texture_cache_folder = compat.texture_cache_folder(context.scene)
     out.transparent_film = render.film_transparent
     out.bump_terminator = ajar.BumpTerminator.Microfacet if compat.softens_bumps_by_microfacets() else ajar.BumpTerminator.Cubic
     out.importance_region = (*ours.importance_min, *ours.importance_max)
@@ -59,6 +60,11 @@ def _set(out: ajar.RenderSettings, name: str, value: object) -> None:
     for owner in owners:
         out = getattr(out, owner)
     setattr(out, name, value)
+
+
+def _texture_cache(scene: bpy.types.Scene) -> dict[str, bool]:
+    owner = compat.texture_cache_owner(scene)
+    return {name: getattr(owner, name) for name in ("use_texture_cache", "use_auto_generate_texture_cache")}
 
 
 def _asked(context: ExportContext) -> dict[str, int]:

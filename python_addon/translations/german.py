@@ -363,6 +363,21 @@ TEXTS = {
     "The shutter closes at the frame": "Der Verschluss schließt sich beim Einzelbild",
 
     # ---- Performance and checkpoints ------------------------------------------------------------------------------------
+    "Texture Cache": "Texturcache",
+    "Folder": "Ordner",
+    "Read images in tiles, at the resolution that the picture needs, so that scenes with many large images need less memory. Images without a file in the texture cache are loaded whole":
+        "Bilder in Kacheln lesen, in der Auflösung, die das Bild braucht, damit Szenen mit vielen großen Bildern weniger Speicher brauchen. Bilder ohne Datei im Texturcache werden "
+        "ganz geladen",
+    "Auto Generate": "Automatisch erzeugen",
+    "Make the files of the texture cache when rendering, if they do not exist or the image has changed":
+        "Die Dateien des Texturcaches beim Rendern erzeugen, wenn sie fehlen oder das Bild sich geändert hat",
+    "Folder of the texture cache. If it is empty, the files are beside the images. Images without a file of their own need a folder":
+        "Ordner des Texturcaches. Ist er leer, liegen die Dateien neben den Bildern. Bilder ohne eigene Datei brauchen einen Ordner",
+    "Cache Size (MiB)": "Cachegröße (MiB)",
+    "Most memory for tiles of images. With less memory, tiles are read from the files more often":
+        "Höchster Speicher für Kacheln von Bildern. Mit weniger Speicher werden Kacheln öfter aus den Dateien gelesen",
+    "Texture cache": "Texturcache",
+    "{peak:.0f} of {limit:.0f} MiB, {tiles:,} tiles read": "{peak:.0f} von {limit:.0f} MiB, {tiles:,} Kacheln gelesen",
     "Memory Limit (MiB)": "Speichergrenze (MiB)",
     "Refuse to start a render that needs more memory, and report what needs most. 0 for no limit":
         "Das Rendern ablehnen, wenn es mehr Speicher braucht, und melden, was am meisten braucht. 0: keine Grenze",

@@ -265,6 +265,23 @@ class AJAR_RENDER_PT_performance(AjarPanel, Panel):
         column.prop(render, "use_persistent_data", text="Persistent Data")
 
 
+class AJAR_RENDER_PT_texture_cache(AjarPanel, Panel):
+    bl_label = "Texture Cache"
+    bl_parent_id = "AJAR_RENDER_PT_performance"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(compat.texture_cache_owner(context.scene), "use_texture_cache", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, settings, owner = self.column(), context.scene.ajar, compat.texture_cache_owner(context.scene)
+        column.active = owner.use_texture_cache
+        column.prop(owner, "use_auto_generate_texture_cache", text="Auto Generate")
+        if owner == settings:
+            column.prop(settings, "texture_cache_directory")
+        column.prop(settings, "texture_cache_size")
+
+
 class AJAR_RENDER_PT_compositor(AjarPanel, Panel):
     """Settings of Blender's compositor, which processes the images of all engines."""
 
@@ -396,7 +413,11 @@ def _statistics(values: dict) -> list[tuple[str, str]]:
         rows.append(("Triangles", interface("{triangles:,} in {meshes:,} meshes", triangles=scene["triangles"], meshes=scene["meshes"])))
         rows.append(("Instances", interface("{instances:,} with {triangles:,} triangles", instances=scene["instances"], triangles=scene["instanced_triangles"])))
         rows.append(("Lights", f"{scene['lights']:,}"))
+    if "texture_cache" in values:
+        cache = values["texture_cache"]
+        rows.append(("Texture cache", interface("{peak:.0f} of {limit:.0f} MiB, {tiles:,} tiles read", peak=cache["peak_bytes"] / 2**20,
+                                                limit=cache["limit_bytes"] / 2**20, tiles=cache["tiles_read"])))
     return rows
 
 
-CLASSES = (AJAR_RENDER_PT_checks, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_MT_direct, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_film, AJAR_RENDER_PT_curves, AJAR_RENDER_PT_subdivision, AJAR_RENDER_PT_motion_blur, AJAR_RENDER_PT_shutter_curve, AJAR_RENDER_PT_performance, AJAR_RENDER_PT_compositor, AJAR_RENDER_PT_checkpoint, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan)
+CLASSES = (AJAR_RENDER_PT_checks, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_MT_direct, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_film, AJAR_RENDER_PT_curves, AJAR_RENDER_PT_subdivision, AJAR_RENDER_PT_motion_blur, AJAR_RENDER_PT_shutter_curve, AJAR_RENDER_PT_performance, AJAR_RENDER_PT_texture_cache, AJAR_RENDER_PT_compositor, AJAR_RENDER_PT_checkpoint, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan)

@@ -53,6 +53,7 @@ def scene(tmp_path) -> Path:
     description.camera.world_from_camera = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 3]
     description.settings.width = description.settings.height = SIZE
     description.settings.region = [0, 0, SIZE, SIZE]
+    description.settings.texture_cache = description.settings.texture_cache_generate = True   # files of tiles are written only if the command line asks for them
     names = (str(tmp_path / "named.png"), str(tmp_path / "none" / "file.png"), "/dev/zero", str(tmp_path), "http://127.0.0.1:9/image.png", f"| touch {tmp_path}/run")
     for number, name in enumerate(names):
         image = description.add_image(name=name, path=name)

@@ -45,6 +45,9 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
         "AJAR_RENDER_PT_shutter_curve": (f"How far the shutter is open at each moment. {BLENDERS}", ()),
         "AJAR_RENDER_PT_performance": ("Threads and memory. The picture does not depend on the number of threads. The settings of threads are Blender's own. "
                                        "More: [Performance](rendering.md#performance), [Memory](memory.md).", ("Scene.memory_limit", "Scene.compact_bvh")),
+        "AJAR_RENDER_PT_texture_cache": ("Images are read in tiles, at the resolution that the picture needs. Since Blender 5.2, *Texture Cache* and *Auto Generate* are settings of Blender, and the "
+                                         "folder is in its preferences. More: [Memory](memory.md#texture-cache).", (
+            "Scene.use_texture_cache", "Scene.use_auto_generate_texture_cache", "Scene.texture_cache_directory", "Scene.texture_cache_size")),
         "AJAR_RENDER_PT_compositor": (f"Blender's compositor, which works on the pictures of every engine. {BLENDERS}", ()),
         "AJAR_RENDER_PT_checkpoint": ("Saves the samples during the render, so that a render that was stopped can continue. More: [Long renders](rendering.md#long-renders).", (
             "Scene.use_checkpoint", "Scene.checkpoint_path", "Scene.checkpoint_interval", "Scene.use_resume")),

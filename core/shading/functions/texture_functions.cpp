@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "shading/images/tile_cache.h"
+
 namespace ajar::nodes {
 
 Vec4 image(const ImageLookup& lookup, Vec2 uv) {
@@ -35,22 +37,49 @@ Vec3 box_weights(Vec3 object_normal, float blend) {
   return kAxes[order[0]];
 }
 
-Vec4 image_box(const ImageLookup& lookup, Vec3 p, Vec3 n) {
+namespace {
+
+/// The sum over the images of a box. `value(u, v, mirrored)` is that of one: `u` and `v` are the components of the
+/// coordinates along its width and its height.
+template <class Value>
+Vec4 sum_of_box(Vec3 n, float blend, Value&& value) {
   // The coordinates along the width and the height of the image, and the sign of the normal on the side where the image
   // is mirrored, so that it is not reversed on any side. As in Blender.
   static constexpr struct {
     int width, height;
     float mirrored;
   } kSides[3] = {{1, 2, -1.0f}, {0, 2, 1.0f}, {1, 0, 1.0f}};
-  const Vec3 weights = box_weights(n, lookup.blend);
+  const Vec3 weights = box_weights(n, blend);
   Vec4 sum(0.0f);
   for (int axis = 0; axis < 3; ++axis) {
     if (!(weights[axis] > 0.0f)) continue;
     const auto& side = kSides[axis];
-    const float u = p[side.width];
-    sum += weights[axis] * image(lookup, {n[axis] * side.mirrored > 0.0f ? 1.0f - u : u, p[side.height]});
+    sum += weights[axis] * value(side.width, side.height, n[axis] * side.mirrored > 0.0f);
   }
   return sum;
+}
+
+Vec4 over(const ImageLookup& lookup, Vec2 uv, const UvFootprint& footprint) {
+  return lookup.texture->sample_over(uv, footprint, lookup.interpolation, lookup.extension, lookup.unassociate);
+}
+
+}  // namespace
+
+Vec4 image_box(const ImageLookup& lookup, Vec3 p, Vec3 n) {
+  return sum_of_box(n, lookup.blend, [&](int u, int v, bool mirrored) {
+    return image(lookup, {mirrored ? 1.0f - p[u] : p[u], p[v]});
+  });
+}
+
+Vec4 image_over(const ImageLookup& lookup, const CoordinatesBeside& at, float step) {
+  return over(lookup, Vec2(at.here), {Vec2(at.x - at.here) / step, Vec2(at.y - at.here) / step});
+}
+
+Vec4 image_box_over(const ImageLookup& lookup, const CoordinatesBeside& at, float step, Vec3 n) {
+  const Vec3 x = (at.x - at.here) / step, y = (at.y - at.here) / step;
+  return sum_of_box(n, lookup.blend, [&](int u, int v, bool mirrored) {
+    return over(lookup, {mirrored ? 1.0f - at.here[u] : at.here[u], at.here[v]}, {{x[u], x[v]}, {y[u], y[v]}});
+  });
 }
 
 }  // namespace ajar::nodes

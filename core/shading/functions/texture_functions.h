@@ -65,6 +65,13 @@ inline Vec2 mirror_ball(Vec3 unit_direction) {
 Vec4 image(const ImageLookup& lookup, Vec2 uv);
 /// Three images, projected along the axes of the object and weighted by its normal.
 Vec4 image_box(const ImageLookup& lookup, Vec3 coordinate, Vec3 object_normal);
+/// Coordinates at a point, and at two points beside it that are `step` pixels away.
+struct CoordinatesBeside {
+  Vec3 here, x, y;
+};
+/// The same for images with levels: the mean over a pixel.
+Vec4 image_over(const ImageLookup& lookup, const CoordinatesBeside& at, float step);
+Vec4 image_box_over(const ImageLookup& lookup, const CoordinatesBeside& at, float step, Vec3 object_normal);
 /// The weights of the images along x, y and z, which sum to 1. `blend` is in [0, 1]: 0 gives sharp borders, 1 mixes all
 /// images whose component of the normal is not 0.
 Vec3 box_weights(Vec3 object_normal, float blend);

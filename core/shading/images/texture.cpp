@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
-#include "math/half.h"
 #include "math/srgb.h"
+#include "shading/images/interpolation.h"
+#include "shading/images/tile_cache.h"
 
 namespace ajar {
 
@@ -29,101 +29,16 @@ struct SrgbTable {
 };
 const SrgbTable kSrgb;
 
-// ---- Texels ---------------------------------------------------------------------------------
-
-template <typename T>
-constexpr float kScale = 1.0f;
-template <>
-constexpr float kScale<uint8_t> = 1.0f / 255.0f;
-template <>
-constexpr float kScale<uint16_t> = 1.0f / 65535.0f;
-
-/// Four floats in one register. The sums of texels are the main cost of a lookup.
-using Float4 = float __attribute__((vector_size(16)));
-
-template <typename T>
-Float4 fetch(const uint8_t* texels, int64_t index) {
-  T t[4];
-  std::memcpy(t, texels + index * int64_t(sizeof t), sizeof t);
-  return Float4{float(t[0]), float(t[1]), float(t[2]), float(t[3])} * kScale<T>;
-}
-template <>
-Float4 fetch<uint8_t>(const uint8_t* texels, int64_t index) {
-  uint8_t t __attribute__((vector_size(4)));
-  std::memcpy(&t, texels + index * 4, 4);
-  return __builtin_convertvector(t, Float4) * kScale<uint8_t>;
-}
-
-Vec4 to_vec4(Float4 f) { return {f[0], f[1], f[2], f[3]}; }
-
-/// Integer and fractional part of a texel position. Large coordinates and NaN are set to 0, so that the result fits an
-/// int.
-int split(float x, float& fraction) {
-  if (!(std::abs(x) < 1e9f)) x = 0.0f;
-  const float floor = std::floor(x);
-  fraction = x - floor;
-  return int(floor);
-}
-
-/// The index of texel `i` in an image of width `n`, or -1 where the image is clipped.
-int extend(int i, int n, Extension extension) {
-  if (uint32_t(i) < uint32_t(n)) return i;
-  switch (extension) {
-    case Extension::Repeat: {
-      const int m = i % n;
-      return m < 0 ? m + n : m;
-    }
-    case Extension::Extend: return i < 0 ? 0 : n - 1;
-    case Extension::Clip: return -1;
-    case Extension::Mirror: {
-      const int64_t period = 2 * int64_t(n);
-      int64_t m = i % period;
-      if (m < 0) m += period;
-      return int(m < n ? m : period - 1 - m);
-    }
-  }
-  return -1;
-}
-
-/// Weights of a uniform cubic B-spline at fraction t.
-void cubic_weights(float t, float w[4]) {
-  const float t2 = t * t, t3 = t2 * t;
-  w[0] = (1.0f - 3.0f * t + 3.0f * t2 - t3) / 6.0f;
-  w[1] = (4.0f - 6.0f * t2 + 3.0f * t3) / 6.0f;
-  w[2] = (1.0f + 3.0f * t + 3.0f * t2 - 3.0f * t3) / 6.0f;
-  w[3] = t3 / 6.0f;
-}
+/// The finest two levels of a lookup are mixed over this part of the way from one level to the next.
+constexpr float kMixed = 0.25f;
 
 }  // namespace
 
 template <typename Texel>
 Vec4 Texture::interpolate(Vec2 uv, Interpolation interpolation, Extension extension) const {
-  const uint8_t* texels = texels_.data();
-  const auto texel = [&](int x, int y) {
-    if ((x | y) < 0) return Float4{};
-    return fetch<Texel>(texels, int64_t(y) * width_ + x);
-  };
-  if (extension == Extension::Repeat) uv -= glm::floor(uv);  // keeps the precision far from the origin
-  float tx, ty;
-  const float offset = interpolation == Interpolation::Closest ? 0.0f : 0.5f;
-  const int x = split(uv.x * width_ - offset, tx), y = split(uv.y * height_ - offset, ty);
-  if (interpolation == Interpolation::Closest)
-    return to_vec4(texel(extend(x, width_, extension), extend(y, height_, extension)));
-  if (interpolation == Interpolation::Linear) {
-    const int x0 = extend(x, width_, extension), x1 = extend(x + 1, width_, extension);
-    const int y0 = extend(y, height_, extension), y1 = extend(y + 1, height_, extension);
-    return to_vec4((1.0f - ty) * ((1.0f - tx) * texel(x0, y0) + tx * texel(x1, y0)) +
-                   ty * ((1.0f - tx) * texel(x0, y1) + tx * texel(x1, y1)));
-  }
-  float wx[4], wy[4];
-  cubic_weights(tx, wx);
-  cubic_weights(ty, wy);
-  Float4 sum{};
-  for (int j = 0; j < 4; ++j) {
-    const int row = extend(y + j - 1, height_, extension);
-    for (int i = 0; i < 4; ++i) sum += wx[i] * wy[j] * texel(extend(x + i - 1, width_, extension), row);
-  }
-  return to_vec4(sum);
+  const uint8_t* stored = texels_.data();
+  return texels::interpolate(width_, height_, uv, interpolation, extension,
+                             [&](int x, int y) { return texels::fetch<Texel>(stored, int64_t(y) * width_ + x); });
 }
 
 /// The tile at `uv`, which becomes relative to it. As in Cycles, coordinates above -1 belong to the first tiles.
@@ -135,12 +50,21 @@ const Texture& Texture::tile(Vec2& uv) const {
   return *tiles_[std::min(size_t(x + 10 * y), missing)];
 }
 
-Vec4 Texture::sample_tile(Vec2 uv, Interpolation interpolation, Extension extension, bool unassociate) const {
-  const Vec4 magenta(1.0f, 0.0f, 1.0f, 1.0f);
-  if (tiles_.empty()) return magenta;
+const Texture* Texture::tile_at(Vec2& uv) const {
+  if (tiles_.empty()) return nullptr;
   const Texture& part = tile(uv);
-  if (&part == tiles_.back()) return magenta;
-  return part.sample(uv, interpolation, extension, unassociate);
+  return &part == tiles_.back() ? nullptr : &part;
+}
+
+Vec4 Texture::sample_tile(Vec2 uv, Interpolation interpolation, Extension extension, bool unassociate) const {
+  const Texture* part = tile_at(uv);
+  return part ? part->sample(uv, interpolation, extension, unassociate) : Vec4(1.0f, 0.0f, 1.0f, 1.0f);
+}
+
+Vec4 Texture::decoded(Vec4 value, bool unassociate) const {
+  if (unassociate && has_alpha_ && value.w != 0.0f && value.w != 1.0f) value = Vec4(Vec3(value) / value.w, value.w);
+  if (srgb_) value = Vec4(kSrgb(value.x), kSrgb(value.y), kSrgb(value.z), value.w);
+  return value;
 }
 
 Vec4 Texture::sample(Vec2 uv, Interpolation interpolation, Extension extension, bool unassociate) const {
@@ -151,10 +75,44 @@ Vec4 Texture::sample(Vec2 uv, Interpolation interpolation, Extension extension, 
     case Storage::Half: value = interpolate<Half>(uv, interpolation, extension); break;
     case Storage::Float: value = interpolate<float>(uv, interpolation, extension); break;
     case Storage::Tiles: return sample_tile(uv, interpolation, extension, unassociate);
+    case Storage::Cached: return sample_finest(uv, interpolation, extension, unassociate);
   }
-  if (unassociate && has_alpha_ && value.w != 0.0f && value.w != 1.0f) value = Vec4(Vec3(value) / value.w, value.w);
-  if (srgb_) value = Vec4(kSrgb(value.x), kSrgb(value.y), kSrgb(value.z), value.w);
-  return value;
+  return decoded(value, unassociate);
+}
+
+// ---- Levels -----------------------------------------------------------------------------
+
+Vec4 Texture::sample_finest(Vec2 uv, Interpolation interpolation, Extension extension, bool unassociate) const {
+  return decoded(cached_->interpolate(0, uv, interpolation, extension), unassociate);
+}
+
+bool Texture::has_levels() const {
+  return storage_ == Storage::Cached || std::any_of(tiles_.begin(), tiles_.end(), [](const Texture* part) {
+           return part->storage_ == Storage::Cached;
+         });
+}
+
+Vec4 Texture::sample_over(Vec2 uv, const UvFootprint& footprint, Interpolation interpolation, Extension extension,
+                          bool unassociate) const {
+  if (storage_ == Storage::Tiles) {
+    const Texture* part = tile_at(uv);
+    return part ? part->sample_over(uv, footprint, interpolation, extension, unassociate)
+                : Vec4(1.0f, 0.0f, 1.0f, 1.0f);
+  }
+  // Without its division by alpha, a colour in sRGB is decoded after it was multiplied, which the mean is not made for.
+  if (storage_ != Storage::Cached || (srgb_ && has_alpha_ && !unassociate))
+    return sample(uv, interpolation, extension, unassociate);
+  const float wanted = cached_->level_of(footprint);
+  const int level = std::min(int(wanted), cached_->levels() - 1);
+  const Vec4 value = decoded(cached_->interpolate(level, uv, interpolation, extension), unassociate);
+  const float way = (wanted - float(level)) / kMixed;
+  if (level == 0 || way >= 1.0f) return value;
+  const Vec4 finer = decoded(cached_->interpolate(level - 1, uv, interpolation, extension), unassociate);
+  if (!has_alpha_ || !unassociate) return glm::mix(finer, value, way);
+  // Of colours that are not multiplied by alpha, the mean is weighted by it.
+  const float alpha = glm::mix(finer.w, value.w, way);
+  if (!(alpha > 0.0f)) return value;
+  return Vec4(glm::mix(finer.w * Vec3(finer), value.w * Vec3(value), way) / alpha, alpha);
 }
 
 }  // namespace ajar

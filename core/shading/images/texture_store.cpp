@@ -11,6 +11,7 @@
 #include "shading/images/color_spaces.h"
 #include "shading/images/image_file.h"
 #include "shading/images/texture.h"
+#include "shading/images/tile_cache.h"
 
 namespace ajar {
 
@@ -161,6 +162,14 @@ std::filesystem::file_time_type file_time(const ImageDescription& image) {
   return error ? std::filesystem::file_time_type{} : time;
 }
 
+bool is_of_floats(Texture::Storage storage) {
+  return storage == Texture::Storage::Half || storage == Texture::Storage::Float;
+}
+
+void report_repaired(int64_t count, const TextureStore::Report& report) {
+  if (count > 0) report(std::to_string(count) + " pixels are not finite and were set to 0");
+}
+
 bool same_source(const ImageDescription& a, const ImageDescription& b) {
   return a.path == b.path && a.color_space == b.color_space && a.alpha_mode == b.alpha_mode && a.width == b.width &&
          a.height == b.height && a.size_limit == b.size_limit && a.resolution == b.resolution && a.packed == b.packed &&
@@ -188,13 +197,19 @@ struct TextureStore::Data {
   ColorSpaces spaces;
   std::map<int, Entry> textures;
   std::unique_ptr<Data> previous;
-  int decoded = 0, kept = 0;
+  TextureCacheOptions cache;
+  std::shared_ptr<TileCache> tiles;
+  int decoded = 0, kept = 0, made = 0;
+
+  /// Whether tiles of it could not be read, so that its file was removed.
+  static bool is_damaged(const Texture& texture) { return texture.cached_ && texture.cached_->is_damaged(); }
 
   /// The texture that `previous` made of this image, or null.
   std::unique_ptr<Texture> take(const ImageDescription& image, std::filesystem::file_time_type time) {
     if (!previous) return nullptr;
     for (auto& [key, entry] : previous->textures) {
-      if (entry.texture && entry.readable && entry.time == time && same_source(previous->images[size_t(key)], image))
+      if (entry.texture && entry.readable && !is_damaged(*entry.texture) && entry.time == time &&
+          same_source(previous->images[size_t(key)], image))
         return std::move(entry.texture);
     }
     return nullptr;
@@ -202,10 +217,15 @@ struct TextureStore::Data {
 };
 
 TextureStore::TextureStore(std::vector<ImageDescription> images, TextureStore* previous, const ColorDescription& color)
+    : TextureStore(std::move(images), previous, color, TextureCacheOptions()) {}
+TextureStore::TextureStore(std::vector<ImageDescription> images, TextureStore* previous, const ColorDescription& color,
+                           const TextureCacheOptions& cache)
     : data_(std::make_unique<Data>()) {
   data_->images = std::move(images);
   data_->spaces = ColorSpaces(color);
-  if (previous && previous->data_->spaces.description() == color) {
+  data_->cache = cache;
+  if (cache.used) data_->tiles = TileCache::with_limit(cache.megabytes);
+  if (previous && previous->data_->spaces.description() == color && previous->data_->cache == cache) {
     data_->previous = std::move(previous->data_);
     data_->previous->previous.reset();
   }
@@ -252,22 +272,76 @@ const Texture* TextureStore::load(int index, const std::string& shown_by, std::v
     report("has no source; magenta is used");
     return texture.get();
   }
+  TiledTexture ignored;
+  entry.readable = data_->cache.used ? load_from_cache(*texture, image, report)
+                                     : load_whole(*texture, image, report, ignored);
+  if (entry.readable) ++data_->decoded;
+  return texture.get();
+}
+
+/// `facts`: what a file of tiles says about the texture.
+bool TextureStore::load_whole(Texture& texture, const ImageDescription& image, const Report& report,
+                              TiledTexture& facts) {
   const DecodedImage decoded = decode(image);
   if (!decoded.error.empty()) {
     const bool names_file = image.path.empty() || decoded.error.find(image.path) != std::string::npos;
     report(decoded.error + (names_file ? "" : " (" + image.path + ")") + "; magenta is used");
-    return texture.get();
+    return false;
   }
-  fill(*texture, image, decoded, report);
-  entry.readable = true;
-  ++data_->decoded;
-  return texture.get();
+  const int64_t repaired = fill(texture, image, decoded, report);
+  report_repaired(repaired, report);
+  facts = {texture.width_,
+           texture.height_,
+           {texture.storage_, texture.srgb_, texture.has_alpha_},
+           is_of_floats(decoded.storage),
+           repaired};
+  return true;
+}
+
+/// Uses the file of tiles of the image. If there is none, it is made, or the image is loaded whole.
+bool TextureStore::load_from_cache(Texture& texture, const ImageDescription& image, const Report& report) {
+  const TiledFileName file = tiled_file_of(image, data_->spaces.description(), data_->cache.folder);
+  TiledTexture tiled;
+  const auto open = [&](TiledImage::File state) {
+    auto opened = std::make_shared<TiledImage>(data_->tiles, file.path, tiled, state);
+    if (!opened->is_open()) return false;
+    texture.width_ = tiled.width;
+    texture.height_ = tiled.height;
+    texture.storage_ = Texture::Storage::Cached;
+    texture.srgb_ = tiled.kind.srgb;
+    texture.has_alpha_ = tiled.kind.has_alpha;
+    texture.cached_ = std::move(opened);
+    return true;
+  };
+  if (!file.path.empty() && read_tiled(file.path, tiled) &&
+      open(data_->cache.generates ? TiledImage::File::RemovedIfDamaged : TiledImage::File::Kept)) {
+    std::string problem;
+    data_->spaces.encoding(image.color_space, tiled.float_source, problem);
+    if (!problem.empty()) report(problem);
+    report_repaired(tiled.repaired, report);
+    return true;
+  }
+  if (!load_whole(texture, image, report, tiled)) return false;
+  if (!data_->cache.generates) return true;
+  std::string problem = file.why_none;
+  if (!file.path.empty()) {
+    problem = write_tiled(file.path, tiled, texture.texels_);
+    if (problem.empty() && !open(TiledImage::File::New)) problem = "the file cannot be read";
+    if (!problem.empty()) problem = "'" + file.path + "' cannot be made (" + problem + ")";
+  }
+  if (!problem.empty()) {
+    report("has no texture cache: " + problem + "; the whole image is loaded");
+    return true;
+  }
+  ++data_->made;
+  texture.texels_ = std::vector<uint8_t>();  // frees them, which {} would not
+  return true;
 }
 
 /// Stores the texels of a decoded image.
-void TextureStore::fill(Texture& texture, const ImageDescription& image, const DecodedImage& decoded,
-                        const std::function<void(const std::string&)>& report) {
-  const bool is_float = decoded.storage == Texture::Storage::Half || decoded.storage == Texture::Storage::Float;
+int64_t TextureStore::fill(Texture& texture, const ImageDescription& image, const DecodedImage& decoded,
+                           const Report& report) {
+  const bool is_float = is_of_floats(decoded.storage);
   std::string problem;
   const ColorEncoding encoding = data_->spaces.encoding(image.color_space, is_float, problem);
   if (!problem.empty()) report(problem);
@@ -301,7 +375,7 @@ void TextureStore::fill(Texture& texture, const ImageDescription& image, const D
   if (const int times = halvings(image, texture.width_, texture.height_); times > 0)
     with_type_of(texture.storage_,
                  [&](auto one) { halve<decltype(one)>(texture.texels_, texture.width_, texture.height_, times); });
-  if (repaired > 0) report(std::to_string(repaired) + " pixels are not finite and were set to 0");
+  return repaired;
 }
 
 /// A texture that refers to the tiles of an image. Missing tiles are magenta.
@@ -337,6 +411,15 @@ size_t TextureStore::memory_bytes() const {
 
 int TextureStore::decoded_count() const { return data_->decoded; }
 int TextureStore::kept_count() const { return data_->kept; }
+int TextureStore::made_count() const { return data_->made; }
+int TextureStore::tiled_count() const {
+  return int(std::count_if(data_->textures.begin(), data_->textures.end(), [](const auto& entry) {
+    return entry.second.texture && entry.second.texture->storage_ == Texture::Storage::Cached;
+  }));
+}
+TileStatistics TextureStore::tile_statistics() const {
+  return data_->tiles ? data_->tiles->statistics() : TileStatistics();
+}
 
 void TextureStore::forget_previous() { data_->previous.reset(); }
 

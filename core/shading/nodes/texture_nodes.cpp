@@ -33,11 +33,18 @@ uint32_t image_lookup(ProgramBuilder& b, int node, bool environment) {
 
 bool image_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const int projection = b.choice(node, "projection", {"FLAT", "BOX", "SPHERE", "TUBE"});
-  Value p = coordinate(b, node, Op::ActiveUv);
-  if (projection == 2) p = b.emit(Op::ProjectSphere, Vector, {p});
-  if (projection == 3) p = b.emit(Op::ProjectTube, Vector, {p});
+  const auto place = [&] {
+    const Value p = coordinate(b, node, Op::ActiveUv);
+    if (projection == 2) return b.emit(Op::ProjectSphere, Vector, {p});
+    if (projection == 3) return b.emit(Op::ProjectTube, Vector, {p});
+    return p;
+  };
   const uint32_t lookup = image_lookup(b, node, false);
-  const Value whole = b.emit(projection == 1 ? Op::ImageBox : Op::Image, Color, {p}, 0, lookup);
+  Value p[3];
+  const bool over = b.takes_means(*b.tables.images[lookup].texture) && b.beside(place, p);
+  const Value whole = over ? b.emit(projection == 1 ? Op::ImageBoxOver : Op::ImageOver, Color, {p[0], p[1], p[2]}, 0,
+                                    lookup)
+                           : b.emit(projection == 1 ? Op::ImageBox : Op::Image, Color, {place()}, 0, lookup);
   value = output == "Alpha" ? b.part(whole, 3) : whole;
   return output == "Color" || output == "Alpha";
 }

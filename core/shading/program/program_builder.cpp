@@ -138,7 +138,7 @@ Value ProgramBuilder::input(int node, std::string_view socket, SocketType type, 
 Value ProgramBuilder::value_of(const NodeLink& link) {
   const Value nothing{SocketType::Closure, 0};
   const auto key = std::make_pair(link.node, link.socket);
-  auto& values = values_[size_t(shift_)];
+  auto& values = values_here();
   if (const auto found = values.find(key); found != values.end()) return found->second;
   if (on_stack_[link.node]) {
     report(link.node, "is linked to itself through other nodes; the loop is cut");
@@ -155,7 +155,7 @@ void ProgramBuilder::compute_inputs(const NodeLink& link) {
     const NodeLink* link;
     size_t next;  ///< input of the node
   };
-  auto& values = values_[size_t(shift_)];
+  auto& values = values_here();
   std::vector<Visit> open{{&link, 0}};
   on_stack_[link.node] = true;
   while (true) {

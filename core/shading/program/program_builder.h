@@ -9,6 +9,7 @@
 #include <optional>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 
 #include "description/diagnostics.h"
 #include "shading/program/register_program.h"
@@ -96,17 +97,35 @@ class ProgramBuilder {
   /// With `keeps_normal` it is not bent towards the eye.
   template <class Height>
   Value bumped(Height&& height, Value strength, Value distance, Value normal, bool keeps_normal) {
-    const Shift outer = shift_;
     Value h[3];
-    for (const Shift shift : {Shift::None, Shift::X, Shift::Y}) {
-      shift_ = shift;
-      h[size_t(shift)] = height();
-    }
-    shift_ = outer;
+    at_three_points(true, height, h);
     if (h[0].at == h[1].at && h[0].at == h[2].at) return normal;
     measure_pixels();
     tables.bump.used = true;
     return emit(Op::Bump, SocketType::Vector, {h[0], h[1], h[2], strength, distance, normal}, keeps_normal);
+  }
+
+  /// Whether an image has to be the mean over a pixel: images with levels, except in heights and displacements, which
+  /// are compared over less than a pixel.
+  bool takes_means(const Texture& texture) const {
+    return !exact_images_ && context_.takes_means && texture.has_levels();
+  }
+  /// The value of `coordinates()` at the point and at the two points beside it. Returns false if they are equal.
+  template <class Coordinates>
+  bool beside(Coordinates&& coordinates, Value (&values)[3]) {
+    at_three_points(exact_images_, coordinates, values);
+    if (values[0].at == values[1].at && values[0].at == values[2].at) return false;
+    measure_pixels();
+    tables.bump.used = true;
+    return true;
+  }
+  /// Evaluates `value()` with images of level 0 only.
+  template <class Evaluated>
+  Value with_exact_images(Evaluated&& value) {
+    const bool outer = std::exchange(exact_images_, true);
+    const Value result = value();
+    exact_images_ = outer;
+    return result;
   }
 
   /// Gives instructions access to the width of a camera pixel at a point.
@@ -138,6 +157,18 @@ class ProgramBuilder {
   std::map<int, uint32_t> node_data;  ///< curve or image that a node has already added, for its other outputs
 
  private:
+  template <class Evaluated>
+  void at_three_points(bool exact_images, Evaluated&& value, Value (&values)[3]) {
+    const Shift outer = shift_;
+    const bool outer_exact = std::exchange(exact_images_, exact_images);
+    for (const Shift shift : {Shift::None, Shift::X, Shift::Y}) {
+      shift_ = shift;
+      values[size_t(shift)] = value();
+    }
+    shift_ = outer;
+    exact_images_ = outer_exact;
+  }
+  auto& values_here() { return values_[exact_images_ ? 1 : 0][size_t(shift_)]; }
   Value in_lamp_space(Value normal);
   Value value_of(const NodeLink& link);
   Value compute(const NodeLink& link);
@@ -153,8 +184,9 @@ class ProgramBuilder {
   TextureStore& textures_;
   Diagnostics& diagnostics_;
   const ShaderContext& context_;
-  std::map<std::pair<int, std::string>, Value, std::less<>> values_[3];  // one map per shift
+  std::map<std::pair<int, std::string>, Value, std::less<>> values_[2][3];  // by exact_images_ and shift
   Shift shift_ = Shift::None;
+  bool exact_images_ = false;  ///< see takes_means
   std::optional<Value> surface_normal_;
   std::unordered_map<std::string, Operand> constants_, instructions_;  // the keys are their bytes
   std::vector<bool> on_stack_;

@@ -260,6 +260,13 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::Wavelength: store3(nodes::wavelength(f(0), i->variant == 0)); break;
       case Op::Image: store4(nodes::image(tables.images[i->data], Vec2(v(0)))); break;
       case Op::ImageBox: store4(nodes::image_box(tables.images[i->data], v(0), nodes::object_normal(point))); break;
+      case Op::ImageOver:  // coordinates at the point and beside it
+        store4(nodes::image_over(tables.images[i->data], {v(0), v(1), v(2)}, tables.bump.filter_width));
+        break;
+      case Op::ImageBoxOver:
+        store4(nodes::image_box_over(tables.images[i->data], {v(0), v(1), v(2)}, tables.bump.filter_width,
+                                     nodes::object_normal(point)));
+        break;
       case Op::Environment: {
         const Vec3 d = nodes::normalize_or_zero(v(0));
         const bool ball = nodes::EnvironmentProjection(i->variant) == nodes::EnvironmentProjection::MirrorBall;

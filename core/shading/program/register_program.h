@@ -50,7 +50,7 @@ constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 
   OP(Noise, 1, false) OP(NoiseColor, 3, false) OP(WhiteNoise, 3, false) OP(Voronoi, 8, false)                         \
   OP(Wave, 1, false) OP(Magic, 3, false) OP(Brick, 2, false) OP(Wavelength, 3, false) OP(Sky, 3, false)               \
   OP(Ies, 1, false) OP(Gabor, 3, false) OP(RadialTiling, 6, false)                                                    \
-  OP(Image, 4, false) OP(ImageBox, 4, true) OP(Environment, 4, false)                                                 \
+  OP(Image, 4, false) OP(ImageBox, 4, true) OP(Environment, 4, false) OP(ImageOver, 4, true) OP(ImageBoxOver, 4, true)  \
   OP(ProjectSphere, 3, false) OP(ProjectTube, 3, false)                                                               \
   OP(Position, 3, true) OP(ShadingNormal, 3, true) OP(TrueNormal, 3, true) OP(Incoming, 3, true)                      \
   OP(Parametric, 3, true) OP(Backfacing, 1, true) OP(RadialTangent, 3, true) OP(UvTangent, 3, true)                   \

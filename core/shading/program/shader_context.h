@@ -21,6 +21,8 @@ struct ShaderContext {
   bool reflective_caustics = true, refractive_caustics = true;  ///< switches of RenderSettings
   const std::set<std::string>* grids = nullptr;                 ///< names of all grids in the scene
   BumpTerminator bump_terminator = BumpTerminator::Cubic;
+  bool takes_means =
+      false;  ///< images with levels are read over the footprint of a pixel: for surfaces that a camera sees
   /// From linear Rec. 709 to the working space.
   Mat3 working_from_rec709{1.0f};
   bool has_grid(const std::string& name) const { return grids && grids->contains(name); }

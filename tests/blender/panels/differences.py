@@ -90,8 +90,6 @@ ABSENT = {
         "preview_denoising_use_gpu")},
     **{("CyclesRenderSettings", name): STEPS for name in ("volume_step_rate", "volume_preview_step_rate", "volume_max_steps", "volume_biased")},
     **{("template_ID", f"{name}_collection"): "Blender shows light linking for every engine since 4.3; Ajar has panels of its own before" for name in ("receiver", "blocker")},
-    ("RenderSettings", "use_texture_cache"): DEVICE,
-    ("RenderSettings", "use_auto_generate_texture_cache"): DEVICE,
     ("CyclesMaterialSettings", "sample_as_light"): NOISE,
     ("CyclesMaterialSettings", "emission_sampling"): NOISE,
     **{("CyclesMaterialSettings", name): STEPS for name in ("homogeneous_volume", "volume_sampling", "volume_interpolation", "volume_step_rate")},

@@ -64,7 +64,7 @@ NO_MEANING = {
         BLENDER: "use_compositing use_sequencer* sequencer_* use_lock_interface use_single_layer use_freestyle line_thickness* simplify_* use_simplify_normals compositor_*",
         EEVEE: "filter_size hair_type hair_subdiv use_high_quality_normals anisotropic_filter",
         "setting of Blender's bake operators": "bake* use_bake*",
-        "views always begin with large pixels, and textures have no cache": "preview_pixel_size use_texture_cache use_auto_generate_texture_cache",
+        "views always begin with large pixels": "preview_pixel_size",
     },
     "ViewLayer": {
         EEVEE: "eevee use_ao use_pass_cryptomatte_accurate", BLENDER: "layer_collection active_layer_collection use_freestyle freestyle_settings depsgraph use_grease_pencil",

@@ -2,11 +2,14 @@
 #include "render/memory_estimate.h"
 
 #include <gtest/gtest.h>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "film/film.h"
 #include "math/random.h"
+#include "platform/platform.h"
 #include "render/session.h"
+#include "shading/images/tile_cache.h"
 #include "transport/direct/light_cut_cache.h"
 #include "transport/guiding/guide_tree.h"
 #include "transport/photons/irradiance_records.h"
@@ -181,6 +184,30 @@ TEST(MemoryEstimate, of_textures_is_at_least_their_memory) {
   TextureStore store(d.images);
   store.load(0, "", ignored);
   EXPECT_EQ(store.memory_bytes(), 64u * 32u * 16u);
+}
+
+TEST(MemoryEstimate, of_textures_in_tiles_is_the_limit_of_the_cache) {
+  const auto folder = std::filesystem::temp_directory_path() /
+                      ("ajar-estimate-" + std::to_string(platform::process_id()));
+  SceneDescription d = lit(16);
+  ImageDescription image;
+  image.width = image.height = 2048;
+  image.pixels.assign(size_t(2048) * 2048 * 4, 0.123f);
+  constexpr uint64_t kWhole = uint64_t(2048) * 2048 * 16;
+  d.images.assign(3, image);
+  d.settings.texture_cache = d.settings.texture_cache_generate = true;
+  d.settings.texture_cache_size = 32;
+  // Without a file of their own, these images cannot be in a relative folder.
+  EXPECT_EQ(part(estimate_memory(d), "textures").bytes, 3 * kWhole);
+  d.settings.texture_cache_folder = folder.string();
+  EXPECT_EQ(part(estimate_memory(d), "textures").bytes, (32u << 20) + 2 * kWhole + kWhole / 3);
+  std::vector<Diagnostic> ignored;
+  TextureStore store(d.images, nullptr, d.color, texture_cache_of(d.settings));
+  store.load(0, "", ignored);
+  EXPECT_EQ(part(estimate_memory(d), "textures").bytes, 32u << 20);
+  d.settings.texture_cache = false;
+  EXPECT_EQ(part(estimate_memory(d), "textures").bytes, 3 * kWhole);
+  std::filesystem::remove_all(folder);
 }
 
 TEST(MemoryEstimate, of_the_film_is_between_its_memory_and_twice_of_it) {
