@@ -21,6 +21,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).resolve()
 ROOT = HERE.parents[1]
@@ -68,6 +69,7 @@ def begin(found: dict) -> None:
 
 def watch(engine: str, found: dict) -> None:
     """Lets an engine record its begin, and Ajar the memory during and after the export."""
+    module: Any
     if engine == "CYCLES":
         module = sys.modules["cycles.engine" if "cycles.engine" in sys.modules else "bl_ext.core.cycles.engine"]
         create = module.create
@@ -155,7 +157,7 @@ def measure(engine: str, scene: str, options: argparse.Namespace) -> dict:
             profile = options.build / "blender_profile"
             environment |= {"BLENDER_USER_CONFIG": str(profile / "config"), "BLENDER_USER_SCRIPTS": str(profile / "scripts")}
             command = ["blender", "-b", "--factory-startup", "--addons", "ajar_render", "--python", str(HERE), "--", *script]
-        done = subprocess.run(command, env=environment, capture_output=True, text=True)
+        done = subprocess.run(command, check=False, env=environment, capture_output=True, text=True)
         if not out.is_file():
             raise RuntimeError(f"{engine} {scene}: no result\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
         return json.loads(out.read_text())
@@ -195,8 +197,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--set", action="append", default=[], metavar="PROPERTY=JSON", help="a property of Ajar in the scene")
     options = parser.parse_args()
-    for scene in options.scenes:
-        scene = str(Path(scene).resolve()) if scene.endswith(".blend") else scene
+    for given in options.scenes:
+        scene = str(Path(given).resolve()) if given.endswith(".blend") else given
         found: dict[str, list[dict]] = {engine: [] for engine in ENGINES}
         for number in range(options.rounds):
             for engine in ENGINES if number % 2 == 0 else reversed(ENGINES):
@@ -207,6 +209,7 @@ def main() -> None:
 if __name__ == "__main__":
     if "--inside" in sys.argv:
         at = sys.argv.index("--inside")
-        inside(*sys.argv[at + 1:at + 4], json.loads(sys.argv[at + 4]))
+        engine, blend, out, settings = sys.argv[at + 1:at + 5]
+        inside(engine, blend, out, json.loads(settings))
     else:
         main()

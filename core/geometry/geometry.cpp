@@ -81,8 +81,13 @@ Vec4 BuiltMesh::interpolate(const Attribute& attribute, uint32_t triangle, Vec2 
     const UVec3 v = triangles[triangle];
     i0 = v.x, i1 = v.y, i2 = v.z;
   }
-  const float b0 = 1.0f - barycentric.x - barycentric.y;
-  return element(i0) * b0 + element(i1) * barycentric.x + element(i2) * barycentric.y;
+  const float b1 = barycentric.x, b2 = barycentric.y, b0 = 1.0f - b1 - b2;
+  const float* const values = attribute.values.data();
+  if (attribute.components == 2) {
+    const float *const v0 = values + i0 * 2, *const v1 = values + i1 * 2, *const v2 = values + i2 * 2;
+    return {v0[0] * b0 + v1[0] * b1 + v2[0] * b2, v0[1] * b0 + v1[1] * b1 + v2[1] * b2, 0.0f, b0 + b1 + b2};
+  }
+  return element(i0) * b0 + element(i1) * b1 + element(i2) * b2;
 }
 
 }  // namespace ajar

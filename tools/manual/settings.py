@@ -184,7 +184,7 @@ def facts(prop: bpy.types.Property) -> str:
     if prop.type == "BOOLEAN":
         return f"Default: {'on' if prop.default else 'off'}."
     if prop.type == "STRING":
-        return f"Default: `{prop.default}`."
+        return f"Default: `{prop.default}`." if prop.default else "Default: empty."
     if prop.type == "ENUM":
         return f"Default: *{prop.enum_items[prop.default].name}*." if prop.default in prop.enum_items else ""
     if prop.type not in ("INT", "FLOAT"):
