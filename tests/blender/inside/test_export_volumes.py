@@ -136,13 +136,13 @@ def test_instances_of_a_volume_share_its_grids(cloud, build, export, way):
 def test_a_file_that_ends_early_is_reported(cloud, export_context, tmp_path):
     thing = cloud(a_grid(np.random.default_rng(3).random((20, 20, 20)).astype(np.float32)))
     whole = (tmp_path / "cloud.vdb").read_bytes()
-    context = export_context()
     # Blender 3.4 itself ends when it reads such a file, so that this is a stand-in for its data.
     short = SimpleNamespace(filepath=str(tmp_path / "short.vdb"), packed_file=None, grids=SimpleNamespace(frame_filepath=str(tmp_path / "short.vdb")))
     for part in (0.3, 0.75):
         (tmp_path / "short.vdb").write_bytes(whole[:int(part * len(whole))])
+        context = export_context()   # a new one: both parts can have the same message, which is reported once
         assert volumes._read(context, vdb, thing, short) == []
-    assert [name for name, text in context.warnings if "cannot be read and the volume does not render" in text] == ["Sky", "Sky"]
+        assert [name for name, text in context.warnings if "cannot be read and the volume does not render" in text] == ["Sky"]
 
 
 def test_missing_and_damaged_files_are_reported_and_the_rest_renders(cloud, build, warnings, tmp_path):

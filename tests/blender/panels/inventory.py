@@ -27,7 +27,7 @@ DEBUG = "setting for debugging Cycles"
 
 READ = {
     "Scene": "camera world cycles cycles_curves render frame_current frame_subframe frame_float",
-    "RenderSettings": "resolution_x resolution_y resolution_percentage pixel_aspect_x pixel_aspect_y film_transparent threads threads_mode use_motion_blur use_persistent_data "
+    "RenderSettings": "use_texture_cache use_auto_generate_texture_cache resolution_x resolution_y resolution_percentage pixel_aspect_x pixel_aspect_y film_transparent threads threads_mode use_motion_blur use_persistent_data "
                       "motion_blur_shutter motion_blur_shutter_curve motion_blur_position use_border border_* use_crop_to_border engine use_simplify use_multiview views_format",
     "ViewLayer": "material_override world_override samples lightgroups active_lightgroup* use_solid use_sky use_strand use_motion_blur use use_pass_combined use_pass_z "
                  "use_pass_position use_pass_normal use_pass_uv use_pass_mist use_pass_object_index use_pass_material_index use_pass_emit use_pass_environment "
