@@ -12,7 +12,7 @@ namespace {
 
 /// Pseudo-samples of the priors: kWidthPrior of uniform directions for the width of each lobe, kSharePrior with equal
 /// shares for guide and BSDF, kWeightPrior for the weight of each lobe.
-constexpr float kWidthPrior = 0.3f, kSharePrior = 8.0f, kWeightPrior = 0.02f;
+constexpr float kWidthPrior = 1.5f, kSharePrior = 8.0f, kWeightPrior = 0.02f;
 /// Minimum share of the BSDF for a single direction (for whole paths: Guided::kPlainShare).
 constexpr float kMinBsdfShare = 0.5f;
 constexpr float kFirstKappa = 10.0f, kSharpestKappa = 2000.0f;
