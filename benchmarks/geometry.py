@@ -26,7 +26,6 @@ from typing import Any
 HERE = Path(__file__).resolve()
 ROOT = HERE.parents[1]
 ENGINES = ("NOTHING", "AJAR", "CYCLES")
-LONGEST = 16
 MIB = 1 << 20
 
 
@@ -92,28 +91,15 @@ def watch(engine: str, found: dict) -> None:
         module.export_scene = exported
 
 
-def make_small(scene) -> None:
-    import bpy
-    render = scene.render
-    scale = LONGEST / max(render.resolution_x, render.resolution_y)
-    render.resolution_percentage = 100
-    render.resolution_x, render.resolution_y = (max(4, round(size * scale)) for size in (render.resolution_x, render.resolution_y))
-    render.use_compositing = render.use_sequencer = render.use_border = False
-    scene.cycles.samples, scene.cycles.device = 1, "CPU"
-    scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = False
-    scene.ajar.use_cycles_settings, scene.ajar.integrator, scene.ajar.samples, scene.ajar.use_denoise = True, "path", 1, False
-    for layer in scene.view_layers:
-        layer.use = layer == bpy.context.view_layer
-
-
 def inside(engine: str, blend: str, out: str, options: dict) -> None:
     import bpy
+    sys.path.insert(0, str(HERE.parent))
+    from small_render import make_small
     if options["zip"]:
         bpy.ops.extensions.package_install_files(filepath=options["zip"], repo="user_default", enable_on_install=True)
     if blend.endswith(".blend"):
         bpy.ops.wm.open_mainfile(filepath=blend, load_ui=False)
     else:
-        sys.path.insert(0, str(HERE.parent))
         import large_scenes
         large_scenes.make(blend)
     if "cycles" not in bpy.context.preferences.addons:
