@@ -24,7 +24,12 @@ constexpr double kLearnedRays = 2e5;        // gather rays recorded between two 
 constexpr int kProbes = 24;                 // per axis of the film, to choose radii
 /// Photons in a disc of the first pass at the points that the image looks up. Lookups at the ends of gather rays are
 /// averaged over these rays, so they may be noisy in exchange for a smaller radius. Caustics are seen directly.
-constexpr int kReach = 10, kCausticReach = 60;
+constexpr int kReach = 6, kCausticReach = 60;
+/// The weights of photons of chains contain the number of lookups in the same disc, so they need wider discs.
+constexpr int kChainReach = 10;
+/// The largest radius at the ends of gather rays, relative to the scene, if about one photon is within it. It limits the
+/// bias where there are few photons.
+constexpr float kLargestGatherRadius = 0.0125f;
 /// Light that is seen without gathering is sampled four times before the first update. It gets at most a quarter of the
 /// rays.
 constexpr FurtherSamples::Limits kFurtherSeen{4, 0.25};
@@ -89,14 +94,17 @@ void GatherPasses::build_maps(std::vector<Photon> global, std::vector<Photon> ca
   maps_.sites.build(sites_, maps_.global, {gather_.gather_neighbours, maps_.global_radius});
 }
 
-/// Sets the radii of the first pass: the median distance to the kReach-th photon, over the points at which the image
-/// will look up the maps. Photons are dense where there is much light, and the image may look elsewhere.
+/// Sets the radii of the first pass: the weighted median distance to the kReach-th photon, over the points at which the
+/// image will look up the maps. Photons are dense where there is much light, and the image may look elsewhere. The
+/// weights 1 / distance favour points with many photons, which have most of the light. Photons of chains: the plain
+/// median.
 void GatherPasses::choose_first_radii() {
   const RenderSettings& settings = scene_->settings();
   const float max_radius = kLargestPhotonRadius * scene_->radius();
   first_global_radius_ = first_caustic_radius_ = settings.photon_radius;
   if (settings.photon_radius > 0.0f) return;
   std::vector<float> global, caustic;
+  const int reach_of_gathered = arrivals_ ? kChainReach : kReach;
   PhotonGatherer gatherer(*scene_, media_, maps_, gather_, hash_combine(seed_, 0x70726f62U));
   for (int i = 0; i < kProbes * kProbes; ++i) {
     gatherer.start(uint32_t(i), 0);
@@ -105,12 +113,18 @@ void GatherPasses::choose_first_radii() {
     SurfacePoint seen, gathered;
     const Ray ray = scene_->camera().generate_ray(on_film, Vec2(0.5f), time());
     if (sees_nothing(ray) || !gatherer.probe(ray, seen, gathered)) continue;
-    global.push_back(maps_.global.reach(gathered, kReach, max_radius));
+    global.push_back(maps_.global.reach(gathered, reach_of_gathered, max_radius));
     const float reach = maps_.caustic.reach(seen, kCausticReach, max_radius);
     if (reach < max_radius) caustic.push_back(reach);
   }
-  first_global_radius_ = median(global, max_radius);
-  first_caustic_radius_ = std::min(first_global_radius_, median(caustic, max_radius));
+  if (arrivals_) {
+    first_global_radius_ = median(global, max_radius);
+    first_caustic_radius_ = std::min(first_global_radius_, median(caustic, max_radius));
+    return;
+  }
+  const float reach = median_by_inverse(global, max_radius), of_one_photon = reach / std::sqrt(float(kReach));
+  first_global_radius_ = std::max(of_one_photon, std::min(reach, kLargestGatherRadius * scene_->radius()));
+  first_caustic_radius_ = std::min(reach, median(caustic, max_radius));
 }
 
 /// Calls visit(gatherer, x, y, ray), in parallel tiles, for the samples that each pixel needs to reach its goal of this

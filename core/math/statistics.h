@@ -49,4 +49,14 @@ inline float median(std::vector<float>& values, float otherwise) {
   return values[values.size() / 2];
 }
 
+/// The median of positive values with the weights 1 / value, or `otherwise` if `values` is empty. Sorts `values`.
+inline float median_by_inverse(std::vector<float>& values, float otherwise) {
+  std::sort(values.begin(), values.end());
+  double total = 0.0, sum = 0.0;
+  for (const float value : values) total += 1.0 / double(value);
+  for (const float value : values)
+    if ((sum += 1.0 / double(value)) >= 0.5 * total) return value;
+  return otherwise;
+}
+
 }  // namespace ajar

@@ -10,9 +10,9 @@ namespace ajar {
 
 namespace {
 
-/// Pseudo-samples of the priors: kWidthPrior of uniform directions for the width of each lobe, kSharePrior with equal
-/// shares for guide and BSDF, kWeightPrior for the weight of each lobe.
-constexpr float kWidthPrior = 1.5f, kSharePrior = 8.0f, kWeightPrior = 0.02f;
+/// Pseudo-samples of the priors: kSharePrior with equal shares for guide and BSDF, kWeightPrior for the weight of each
+/// lobe.
+constexpr float kSharePrior = 8.0f, kWeightPrior = 0.02f;
 /// Minimum share of the BSDF for a single direction (for whole paths: Guided::kPlainShare).
 constexpr float kMinBsdfShare = 0.5f;
 constexpr float kFirstKappa = 10.0f, kSharpestKappa = 2000.0f;
@@ -107,7 +107,7 @@ void GuideDistribution::accumulate(std::span<const GuideSample* const> samples, 
 }
 
 /// The M step: weights, means and widths of the lobes and shares of the guide from these sums and the priors.
-void GuideDistribution::maximize(const Sums& sums) {
+void GuideDistribution::maximize(const Sums& sums, float width_prior) {
   float total = 0.0f;
   for (int k = 0; k < kCount; ++k) total += sums.weight[k] + kWeightPrior;
   for (int k = 0; k < kCount; ++k) {
@@ -118,7 +118,7 @@ void GuideDistribution::maximize(const Sums& sums) {
       lobes_.x[k] = sum.x / length;
       lobes_.y[k] = sum.y / length;
       lobes_.z[k] = sum.z / length;
-      const float kappa = std::min(von_mises_fisher::kappa_of_mean_length(length / (sums.weight[k] + kWidthPrior)),
+      const float kappa = std::min(von_mises_fisher::kappa_of_mean_length(length / (sums.weight[k] + width_prior)),
                                    kSharpestKappa);
       lobes_.half_kappa[k] = 0.5f * kappa;
       inverse_distance_[k] = sums.inverse_distance[k] / sums.weight[k];
@@ -131,7 +131,7 @@ void GuideDistribution::maximize(const Sums& sums) {
   }
 }
 
-void GuideDistribution::fit(std::span<const GuideSample* const> samples, float past_share, int iterations) {
+void GuideDistribution::fit(std::span<const GuideSample* const> samples, const Fit& how) {
   double sum = 0.0;
   for (const GuideSample* const s : samples) sum += double(s->weight);
   if (!(sum > 0.0) || !std::isfinite(sum)) return;
@@ -139,11 +139,11 @@ void GuideDistribution::fit(std::span<const GuideSample* const> samples, float p
   const float n = float(samples.size()), unit = float(double(n) / sum),
               max_weight = std::max(1.0f, kMaxWeight * std::sqrt(n));
   Sums sums;
-  for (int i = 0; i < iterations; ++i) {
+  for (int i = 0; i < how.iterations; ++i) {
     accumulate(samples, unit, max_weight, sums);
     for (size_t j = 0; j < sizeof(Sums) / sizeof(float); ++j)
-      reinterpret_cast<float*>(&sums)[j] += past_share * reinterpret_cast<const float*>(&past_)[j];
-    maximize(sums);
+      reinterpret_cast<float*>(&sums)[j] += how.past_share * reinterpret_cast<const float*>(&past_)[j];
+    maximize(sums, how.width_prior);
   }
   past_ = sums;
 }

@@ -50,8 +50,13 @@ class GuideDistribution {
 
   /// Discards everything and distributes the lobes over these samples.
   void start(Vec3 center, std::span<const GuideSample* const> samples);
-  /// Fits the distribution to the samples. The earlier samples count with the factor `past_share`.
-  void fit(std::span<const GuideSample* const> samples, float past_share, int iterations);
+  struct Fit {
+    float past_share;   ///< the factor on earlier samples
+    float width_prior;  ///< pseudo-samples of uniform directions that widen each lobe
+    int iterations;
+  };
+  /// Fits the distribution to the samples.
+  void fit(std::span<const GuideSample* const> samples, const Fit& how);
   /// Changes the centre, when a cell is divided.
   void move_to(Vec3 center);
 
@@ -75,7 +80,7 @@ class GuideDistribution {
     float bsdf[kGuideKinds], total[kGuideKinds];
   };
   void accumulate(std::span<const GuideSample* const> samples, float unit, float max_weight, Sums& sums) const;
-  void maximize(const Sums& sums);
+  void maximize(const Sums& sums, float width_prior);
 
   Vec3 center_{0.0f};
   GuideLobes lobes_;

@@ -107,7 +107,10 @@ void GuideTree::learn(const std::vector<GuideSample>& samples, float past_share)
       cell.distribution.start(center, own);
     else
       cell.distribution.move_to(center);
-    cell.distribution.fit(own, task.fresh ? 0.0f : cell.past_share, task.fresh ? kFirstIterations : kIterations);
+    if (task.fresh)
+      cell.distribution.fit(own, {0.0f, width_prior_, kFirstIterations});
+    else
+      cell.distribution.fit(own, {cell.past_share, width_prior_, kIterations});
   });
   tasks_.clear();
 }

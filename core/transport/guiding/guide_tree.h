@@ -18,6 +18,11 @@ class GuideTree {
   /// starts.
   static constexpr float kPastShare = 0.5f, kPastShareAtEnd = 0.75f;
 
+  /// Pseudo-samples of uniform directions that widen each lobe. Paths do best with narrow lobes. Gather rays find the
+  /// noise of photon maps too, and need wider ones (docs/research/path_guiding.md).
+  static constexpr float kWidthPriorOfPaths = 0.3f, kWidthPriorOfGatherRays = 1.5f;
+  explicit GuideTree(float width_prior = kWidthPriorOfPaths) : width_prior_(width_prior) {}
+
   /// Returns null if nothing is known.
   const GuideDistribution* find(Vec3 position, Vec3 normal) const {
     const float at[6] = {position.x, position.y, position.z, normal.x, normal.y, normal.z};
@@ -49,6 +54,7 @@ class GuideTree {
   static constexpr size_t kBytesPerSample = sizeof(uint32_t) + sizeof(const GuideSample*);
 
  private:
+  float width_prior_;
   std::vector<Node> nodes_{Node{}};
   std::vector<Cell> cells_;
   struct Task {

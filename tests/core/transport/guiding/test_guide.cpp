@@ -48,7 +48,7 @@ GuideDistribution taught(const std::vector<GuideSample>& samples, int iterations
   GuideDistribution d;
   const auto all = pointers(samples);
   d.start(Vec3(0.5f, 0.5f, 0.0f), all);
-  d.fit(all, 0.0f, iterations);
+  d.fit(all, {0.0f, GuideTree::kWidthPriorOfGatherRays, iterations});
   return d;
 }
 
@@ -129,7 +129,7 @@ TEST(GuideLobes, a_thousand_training_steps_do_not_drift) {
   for (int round = 0; round < 1000; ++round) {
     learned.move_to(Vec3(0.5f + 0.01f * (rng.next_float() - 0.5f), 0.5f, 0.0f));
     const auto samples = teacher.teach(500, 10 + uint64_t(round));
-    learned.fit(pointers(samples), 0.5f, 1);
+    learned.fit(pointers(samples), {0.5f, GuideTree::kWidthPriorOfGatherRays, 1});
   }
   GuideLobes lobes;
   learned.aim(learned.center(), lobes);
