@@ -123,12 +123,16 @@ double unseen_noise_of(const PilotImages& pilot, const PilotImages& other, const
   return std::max(0.0, kUnseenPixels * total / (0.25 * double(light.size())));
 }
 
-size_t clearly_best(const std::vector<PilotNoise>& techniques, double factor) {
+size_t clearly_best(const std::vector<PilotNoise>& techniques) {
+  return clearly_best(techniques, std::vector<double>(techniques.size(), kClearlyBetter));
+}
+
+size_t clearly_best(const std::vector<PilotNoise>& techniques, const std::vector<double>& factors) {
   size_t best = 0;
   const auto by_both = [&](size_t k) { return techniques[k].whole * techniques[k].typical; };
   for (size_t k = 1; k < techniques.size(); ++k) {
     if (!(by_both(k) > 0.0)) continue;  // nearly nothing was found
-    if (techniques[k].whole * factor >= techniques[0].whole || techniques[k].typical >= techniques[0].typical) continue;
+    if (techniques[k].whole * factors[k] >= techniques[0].whole || techniques[k].typical >= techniques[0].typical) continue;
     if (best == 0 || by_both(k) < by_both(best)) best = k;
   }
   return best;

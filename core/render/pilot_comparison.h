@@ -50,11 +50,11 @@ double unseen_noise_of(const PilotImages& pilot, const PilotImages& other, const
 /// The factor by which another technique must be better than the first. The first is stratified, and a small image
 /// shows this advantage least.
 constexpr double kClearlyBetter = 1.6;
-/// The same if the image will be denoised: the noise that is left is less certain.
-constexpr double kClearlyBetterDenoised = 2.0;
 /// Index of the best technique: the first, unless others are clearly better, also without the worst pixels. Of these,
-/// it is the best one by both sums.
-size_t clearly_best(const std::vector<PilotNoise>& techniques, double factor = kClearlyBetter);
+/// it is the best one by both sums. `factors`: how much better each must be.
+size_t clearly_best(const std::vector<PilotNoise>& techniques, const std::vector<double>& factors);
+/// The same, with kClearlyBetter for all.
+size_t clearly_best(const std::vector<PilotNoise>& techniques);
 /// Whether a technique is so much worse than the first, by both sums, that similar ones need not be tried.
 bool is_hopeless(const PilotNoise& technique, const PilotNoise& first);
 

@@ -21,17 +21,16 @@ struct Candidate {
   bool unbiased;  ///< except for the blur of vertex merging, which is ignored
   bool spreads;   ///< a chain spreads light over neighbouring pixels
   int samples;    ///< of each of the pilot's two images: fewer if a sample brings photons for the whole image
-  /// maximum for each sample of the pilot, unless 0: with fewer, discs grow until they hold this number, so that bias
-  /// grows and noise does not
-  int photons;
+  bool photons;   ///< of the pilot: as many for each pixel as in the render
   bool for_denoising;  ///< only tried if the image will be denoised: its noise is large but not correlated
   double kept;         ///< minimum part of the noise of pixels that a denoiser keeps
+  double clearly;      ///< how much better than the first it must be if the image will be denoised
 };
 /// The first is the default.
-constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, 0, false, 0.0},
-                                     {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, 0, false, 0.1},
-                                     {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, 5000, false, 0.1},
-                                     {"bidirectional path tracing", "bdpt", 1.7, 3.0, true, false, 2, 0, true, 0.0}};
+constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, false, false, 0.0, 1.0},
+                                     {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, false, false, 0.1, 2.0},
+                                     {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, true, false, 0.03, 1.6},
+                                     {"bidirectional path tracing", "bdpt", 1.7, 3.0, true, false, 2, false, true, 0.0, 2.0}};
 constexpr int kPilotPixels = 12288, kMinPixels = 768;
 constexpr int kPilotSamples = 2 * kCandidates[0].samples;  // of path tracing
 /// Maximum share of the pilot in the requested samples.
@@ -109,7 +108,7 @@ double samples_of_render(const RenderSettings& s, double rate) {
 }
 
 struct Pilot : PilotImages {
-  /// Counted as if the image had its share of the render's photons, and without rays that learn only once.
+  /// Without rays that learn only once.
   double rays = 0.0;
 };
 
@@ -117,16 +116,15 @@ struct Pilot : PilotImages {
 /// fewer chains reach each of them (docs/benchmarks/auto.md).
 double crowding(double pixels) { return 1.0 + std::pow(2300.0 / pixels, 2.0 / 3.0); }
 
-/// Photons per pixel of the render over photons per pixel of a pilot: a small image has more than its share.
-double photon_share(const RenderSettings& asked, const RenderSettings& small) {
+/// Photon paths of a pass of the render, for the share of its pixels that the pilot has.
+int photons_of_pilot(const RenderSettings& asked, const RenderSettings& small) {
   const double pixels = double(asked.width) * asked.height, few = double(small.width) * small.height;
-  return photons_of_a_pass(asked) / pixels * few / photons_of_a_pass(small);
+  return std::max(1, int(std::lround(photons_of_a_pass(asked) / pixels * few)));
 }
 
 /// Renders both images of a pilot with the settings `small`. Changes the view of the scene.
 Pilot run_pilot(const Candidate& candidate, const Tried& tried, RenderSettings small, const std::atomic<bool>& stop) {
-  if (candidate.photons > 0 && (small.photons == 0 || small.photons > candidate.photons))
-    small.photons = candidate.photons;
+  if (candidate.photons) small.photons = photons_of_pilot(tried.asked, small);
   Pilot pilot;
   for (uint32_t half = 0; half < 2; ++half) {
     const auto integrator = tried.prepared(candidate.integrator, small, hash_combine(small.seed, 0x6175746FU + half));
@@ -134,8 +132,7 @@ Pilot run_pilot(const Candidate& candidate, const Tried& tried, RenderSettings s
     integrator->run_iteration(film, candidate.samples, stop);
     (half == 0 ? pilot.first : pilot.second) = film.resolve("Combined", tried.asked.exposure);
     IntegratorStatistics statistics = integrator->statistics();
-    pilot.rays += double(statistics.rays) - (1.0 - photon_share(tried.asked, small)) * statistics.extra["photon_rays"] -
-                  statistics.extra["hint_rays"];
+    pilot.rays += double(statistics.rays) - statistics.extra["hint_rays"];
   }
   return pilot;
 }
@@ -263,9 +260,10 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     pilots.push_back(run_pilot(candidate, tried, small, stop));
     if (stop.load()) break;
     choice.trials = trials_of(pilots, asked, small, samples_asked);
-    // Photon mapping is not tried if chains are hopeless: both are efficient if light is hard to find from the eye.
+    // Photon mapping is not tried if chains are hopeless: both are efficient if light is hard to find from the eye. A
+    // denoiser handles the noise of photons much better than that of chains, so chains say nothing about photons then.
     if (pilots.size() == 1 ? choice.trials[0].relmse + unlit_share(*scene, pilots[0]) < kEasyRelmse
-                           : is_hopeless(choice.trials[1].cost, choice.trials[0].cost))
+                           : !asked.denoised && is_hopeless(choice.trials[1].cost, choice.trials[0].cost))
       break;
   }
   scene->change_view(camera, asked);
@@ -275,8 +273,12 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     return choice;
   }
   std::vector<PilotNoise> costs;
-  for (const TechniqueTrial& trial : choice.trials) costs.push_back(trial.cost);
-  const size_t best = clearly_best(costs, asked.denoised ? kClearlyBetterDenoised : kClearlyBetter);
+  std::vector<double> factors;
+  for (const TechniqueTrial& trial : choice.trials) {
+    factors.push_back(asked.denoised ? kCandidates[costs.size()].clearly : kClearlyBetter);
+    costs.push_back(trial.cost);
+  }
+  const size_t best = clearly_best(costs, factors);
   choice.settings.integrator = kCandidates[best].integrator;
   // Guiding makes the independent noise of path tracing smaller, and is measured before it is used. Where light is easy
   // to find, the measurement does not pay.

@@ -266,7 +266,7 @@ TEST(MemoryEstimate, of_merged_photons_is_at_least_their_memory) {
   const double estimated = double(part(estimate_memory(d), "photons").bytes), taken = rendered(d)["photon_bytes"];
   EXPECT_GT(taken, 0.0);
   EXPECT_GE(estimated, taken);
-  EXPECT_EQ(uint64_t(estimated), 20000u * 4u * (92u + 8u));
+  EXPECT_EQ(uint64_t(estimated), 20000u * 4u * (100u + 8u));
 }
 
 TEST(MemoryEstimate, of_volumes_is_at_least_their_memory_and_not_much_more) {
