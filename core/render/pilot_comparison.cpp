@@ -132,7 +132,8 @@ size_t clearly_best(const std::vector<PilotNoise>& techniques, const std::vector
   const auto by_both = [&](size_t k) { return techniques[k].whole * techniques[k].typical; };
   for (size_t k = 1; k < techniques.size(); ++k) {
     if (!(by_both(k) > 0.0)) continue;  // nearly nothing was found
-    if (techniques[k].whole * factors[k] >= techniques[0].whole || techniques[k].typical >= techniques[0].typical) continue;
+    if (techniques[k].whole * factors[k] >= techniques[0].whole || techniques[k].typical >= techniques[0].typical)
+      continue;
     if (best == 0 || by_both(k) < by_both(best)) best = k;
   }
   return best;

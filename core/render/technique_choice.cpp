@@ -18,19 +18,20 @@ struct Candidate {
   double ray_cost;  ///< of one ray and its work, relative to path tracing (docs/benchmarks/auto.md)
   /// relMSE of long renders over the prediction from short ones: rare bright starts that no pilot had (same page)
   double tail;
-  bool unbiased;  ///< except for the blur of vertex merging, which is ignored
-  bool spreads;   ///< a chain spreads light over neighbouring pixels
-  int samples;    ///< of each of the pilot's two images: fewer if a sample brings photons for the whole image
-  bool photons;   ///< of the pilot: as many for each pixel as in the render
+  bool unbiased;       ///< except for the blur of vertex merging, which is ignored
+  bool spreads;        ///< a chain spreads light over neighbouring pixels
+  int samples;         ///< of each of the pilot's two images: fewer if a sample brings photons for the whole image
+  bool photons;        ///< of the pilot: as many for each pixel as in the render
   bool for_denoising;  ///< only tried if the image will be denoised: its noise is large but not correlated
   double kept;         ///< minimum part of the noise of pixels that a denoiser keeps
   double clearly;      ///< how much better than the first it must be if the image will be denoised
 };
 /// The first is the default.
-constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, false, false, 0.0, 1.0},
-                                     {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, false, false, 0.1, 2.0},
-                                     {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, true, false, 0.03, 1.6},
-                                     {"bidirectional path tracing", "bdpt", 1.7, 3.0, true, false, 2, false, true, 0.0, 2.0}};
+constexpr Candidate kCandidates[] = {
+    {"path tracing", "path", 1.0, 1.75, true, false, 4, false, false, 0.0, 1.0},
+    {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, false, false, 0.1, 2.0},
+    {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, true, false, 0.03, 1.6},
+    {"bidirectional path tracing", "bdpt", 1.7, 3.0, true, false, 2, false, true, 0.0, 2.0}};
 constexpr int kPilotPixels = 12288, kMinPixels = 768;
 constexpr int kPilotSamples = 2 * kCandidates[0].samples;  // of path tracing
 /// Maximum share of the pilot in the requested samples.
@@ -156,6 +157,18 @@ double unlit_share(const Scene& scene, const PilotImages& pilot) {
   return double(unlit) / (double(width) * double(height));
 }
 
+/// Changes the noise of photon mapping that a denoiser leaves, so that its gain over the first technique is the geometric
+/// mean of the gains before and after denoising. What a denoiser leaves is uncertain in a small image; this mean comes
+/// closest to the gains of long renders (docs/research/auto.md).
+void use_mean_gain(PilotNoise& after, const PilotNoise& after_first, const PilotNoise& before,
+                   const PilotNoise& before_first) {
+  const auto mean = [](double& left, double left_first, double noise, double noise_first) {
+    if (noise_first > 0.0) left = std::sqrt(left * left_first * noise / noise_first);
+  };
+  mean(after.whole, after_first.whole, before.whole, before_first.whole);
+  mean(after.typical, after_first.typical, before.typical, before_first.typical);
+}
+
 /// Predictions for a render with `samples_asked` samples. The pilots are those of the first candidates.
 std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const RenderSettings& asked,
                                       const RenderSettings& small, double samples_asked) {
@@ -174,6 +187,7 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
       const PilotNoise left = denoised_noise_of(pilots[k], light, small.width, small.height);
       shown[k].whole = std::max(left.whole, kCandidates[k].kept * noises[k].whole);
       shown[k].typical = std::max(left.typical, kCandidates[k].kept * noises[k].typical);
+      if (kCandidates[k].photons) use_mean_gain(shown[k], shown[0], noises[k], noises[0]);
     }
 
     // Missed light is not a measure of the noise of chains, because neighbouring pixels share it.

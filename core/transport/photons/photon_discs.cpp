@@ -89,7 +89,8 @@ float PhotonDiscs::inverse_share(uint32_t photon, const SurfacePoint& at, Vec3 p
   }
   int found = 0, tested = 0;
   for (int i = 0; i < kSectors; ++i) {
-    if (place(known, i) * full2 > radius2) continue;  // the tested point is outside this disc, so it says nothing about it
+    if (place(known, i) * full2 > radius2)
+      continue;  // the tested point is outside this disc, so it says nothing about it
     ++tested;
     if (sector(known, i) == kSurface) ++found;
   }

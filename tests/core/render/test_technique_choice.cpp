@@ -91,6 +91,14 @@ TEST(TechniqueChoice, path_tracing_is_not_chosen_for_occluded_light) {
   EXPECT_EQ(used, 2) << "the technique and its trial";
 }
 
+TEST(TechniqueChoice, a_denoised_image_of_occluded_light_tries_all_techniques) {
+  SceneDescription d = hidden_lamp();
+  d.settings.denoised = true;
+  const TechniqueChoice choice = choose(std::move(d));
+  EXPECT_EQ(choice.trials.size(), 4u);
+  EXPECT_NE(choice.settings.integrator, "path");
+}
+
 TEST(TechniqueChoice, an_image_without_light_is_not_taken_for_one_without_noise) {
   for (uint32_t seed = 1; seed <= 2; ++seed) {
     SceneDescription d = bulb_in_glass();
