@@ -157,8 +157,8 @@ double unlit_share(const Scene& scene, const PilotImages& pilot) {
   return double(unlit) / (double(width) * double(height));
 }
 
-/// Changes the noise of photon mapping that a denoiser leaves, so that its gain over the first technique is the geometric
-/// mean of the gains before and after denoising. What a denoiser leaves is uncertain in a small image; this mean comes
+/// Changes the noise that a denoiser leaves of a technique without chains, so that its gain over the first technique is
+/// the geometric mean of the gains before and after denoising. What a denoiser leaves is uncertain in a small image; this mean comes
 /// closest to the gains of long renders (docs/research/auto.md).
 void use_mean_gain(PilotNoise& after, const PilotNoise& after_first, const PilotNoise& before,
                    const PilotNoise& before_first) {
@@ -187,7 +187,7 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
       const PilotNoise left = denoised_noise_of(pilots[k], light, small.width, small.height);
       shown[k].whole = std::max(left.whole, kCandidates[k].kept * noises[k].whole);
       shown[k].typical = std::max(left.typical, kCandidates[k].kept * noises[k].typical);
-      if (kCandidates[k].photons) use_mean_gain(shown[k], shown[0], noises[k], noises[0]);
+      if (k > 0 && !kCandidates[k].spreads) use_mean_gain(shown[k], shown[0], noises[k], noises[0]);
     }
 
     // Missed light is not a measure of the noise of chains, because neighbouring pixels share it.
