@@ -158,8 +158,8 @@ double unlit_share(const Scene& scene, const PilotImages& pilot) {
 }
 
 /// Changes the noise that a denoiser leaves of a technique without chains, so that its gain over the first technique is
-/// the geometric mean of the gains before and after denoising. What a denoiser leaves is uncertain in a small image; this mean comes
-/// closest to the gains of long renders (docs/research/auto.md).
+/// the geometric mean of the gains before and after denoising. What a denoiser leaves is uncertain in a small image;
+/// this mean comes closest to the gains of long renders (docs/research/auto.md).
 void use_mean_gain(PilotNoise& after, const PilotNoise& after_first, const PilotNoise& before,
                    const PilotNoise& before_first) {
   const auto mean = [](double& left, double left_first, double noise, double noise_first) {

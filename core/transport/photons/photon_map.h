@@ -3,7 +3,7 @@
 // A photon stores its flux divided by the cosine at the geometric normal of its surface. A sum of f_cos (which contains
 // the cosine at the shading normal) over photons is then exact also where the two normals differ:
 //   L(x, wo) = 1 / (pi r^2) sum_p f_cos(wo, wi_p) flux_p / |cos(wi_p, ng_p)|.
-// A photon takes 32 bytes, and 8 bytes for the surface around it (photon_discs.h).
+// A photon takes 32 bytes, and 16 bytes for the surface around it (photon_discs.h).
 #pragma once
 
 #include "scene/scene.h"
