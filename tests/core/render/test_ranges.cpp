@@ -151,8 +151,14 @@ TEST(RangesOfSamples, what_is_divided_by_seeds_has_the_mean_of_undivided_renders
       }
       divided.add(mean_of(merger.finish()));
     }
-    EXPECT_TRUE(statistical::means_agree(whole, divided, {0.01, 1})) << integrator;
-    EXPECT_LT(std::sqrt(whole.variance_of_mean() + divided.variance_of_mean()), 0.02 * whole.mean()) << integrator;
+    const double error = std::sqrt(whole.variance_of_mean() + divided.variance_of_mean());
+    // The radii of photon mapping shrink from pass to pass, so that two renders of four passes have a little more bias
+    // than one of eight.
+    if (std::string(integrator) == "photon_map")
+      EXPECT_NEAR(whole.mean(), divided.mean(), 0.005 * whole.mean() + 3.0 * error);
+    else
+      EXPECT_TRUE(statistical::means_agree(whole, divided, {0.01, 1})) << integrator;
+    EXPECT_LT(error, 0.02 * whole.mean()) << integrator;
   }
 }
 
