@@ -28,6 +28,16 @@ SceneDescription board(float half_x, float half_y) {
   return d;
 }
 
+/// A wide board with a wall at x = 0.
+SceneDescription board_with_wall() {
+  SceneDescription d = board(1.0f, 1.0f);
+  Mat4 upright(1.0f);  // turns a plane to x = 0
+  upright[0] = Vec4(0, 0, 1, 0);
+  upright[2] = Vec4(-1, 0, 0, 0);
+  add_object(d, plane(1.0f), 0, upright);
+  return d;
+}
+
 /// Photons from vertically above, uniform over [x0, x1] x [-y, y], with irradiance 1.
 PhotonMap even_photons(float x0, float x1, float y, uint32_t seed, int count = 4000) {
   Sampler sampler(Sampler::Kind::Independent, seed);
@@ -81,12 +91,7 @@ TEST(PhotonDiscs, irradiance_on_a_narrow_board_is_that_on_a_wide_one) {
 }
 
 TEST(PhotonDiscs, light_in_the_corner_of_a_floor_and_a_wall_is_complete) {
-  SceneDescription d = board(1.0f, 1.0f);
-  Mat4 upright(1.0f);  // turns a plane to x = 0
-  upright[0] = Vec4(0, 0, 1, 0);
-  upright[2] = Vec4(-1, 0, 0, 0);
-  add_object(d, plane(1.0f), 0, upright);
-  const auto scene = build(d);
+  const auto scene = build(board_with_wall());
   double mean = 0.0, before = 0.0;
   for (int i = 0; i < 10; ++i) {
     const float x = 0.04f * (float(i) + 0.5f);
@@ -99,12 +104,7 @@ TEST(PhotonDiscs, light_in_the_corner_of_a_floor_and_a_wall_is_complete) {
 
 // A test point of the sector that lies before the wall does not detect the wall, so that a few photons pass.
 TEST(PhotonDiscs, little_light_passes_below_a_wall) {
-  SceneDescription d = board(1.0f, 1.0f);
-  Mat4 upright(1.0f);  // turns a plane to x = 0
-  upright[0] = Vec4(0, 0, 1, 0);
-  upright[2] = Vec4(-1, 0, 0, 0);
-  add_object(d, plane(1.0f), 0, upright);
-  const auto scene = build(d);
+  const auto scene = build(board_with_wall());
   EXPECT_LT(mean_irradiance(scene.get(), -0.04f, 0.0f, 0.8f, 0.9f),
             0.5 * mean_irradiance(nullptr, -0.04f, 0.0f, 0.8f, 0.9f));
   // The photons that do not pass increase the irradiance on this side.
