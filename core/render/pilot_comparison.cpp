@@ -10,10 +10,9 @@ namespace ajar {
 
 namespace {
 
-constexpr int kBlur = 3;            // pixels to each side
-constexpr double kWorst = 1e-3;     // fraction of the pixels
-constexpr double kDarkest = 0.01;   // added to squares of light
-constexpr double kHopeless = 1.25;  // times the noise of the first technique
+constexpr int kBlur = 3;           // pixels to each side
+constexpr double kWorst = 1e-3;    // fraction of the pixels
+constexpr double kDarkest = 0.01;  // added to squares of light
 
 /// Mean over the channels of each pixel.
 std::vector<double> squared_differences(const std::vector<float>& a, const std::vector<float>& b,
@@ -139,8 +138,8 @@ size_t clearly_best(const std::vector<PilotNoise>& techniques, const std::vector
   return best;
 }
 
-bool is_hopeless(const PilotNoise& technique, const PilotNoise& first) {
-  return technique.whole > kHopeless * first.whole && technique.typical > kHopeless * first.typical;
+bool is_hopeless(const PilotNoise& technique, const PilotNoise& first, double factor) {
+  return technique.whole > factor * first.whole && technique.typical > factor * first.typical;
 }
 
 }  // namespace ajar

@@ -55,7 +55,8 @@ constexpr double kClearlyBetter = 1.6;
 size_t clearly_best(const std::vector<PilotNoise>& techniques, const std::vector<double>& factors);
 /// The same, with kClearlyBetter for all.
 size_t clearly_best(const std::vector<PilotNoise>& techniques);
-/// Whether a technique is so much worse than the first, by both sums, that similar ones need not be tried.
-bool is_hopeless(const PilotNoise& technique, const PilotNoise& first);
+/// Whether a technique has more than `factor` times the noise of the first, by both sums, so that similar ones need not be
+/// tried.
+bool is_hopeless(const PilotNoise& technique, const PilotNoise& first, double factor);
 
 }  // namespace ajar

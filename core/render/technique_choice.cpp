@@ -1,8 +1,10 @@
 #include "render/technique_choice.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <span>
 
 #include "integrators/integrator.h"
 #include "math/random.h"
@@ -18,22 +20,27 @@ struct Candidate {
   double ray_cost;  ///< of one ray and its work, relative to path tracing (docs/benchmarks/auto.md)
   /// relMSE of long renders over the prediction from short ones: rare bright starts that no pilot had (same page)
   double tail;
-  bool unbiased;       ///< except for the blur of vertex merging, which is ignored
-  bool spreads;        ///< a chain spreads light over neighbouring pixels
-  int samples;         ///< of each of the pilot's two images: fewer if a sample brings photons for the whole image
-  bool photons;        ///< of the pilot: as many for each pixel as in the render
-  bool for_denoising;  ///< only tried if the image will be denoised: its noise is large but not correlated
-  double kept;         ///< minimum part of the noise of pixels that a denoiser keeps
-  double clearly;      ///< how much better than the first it must be if the image will be denoised
+  bool unbiased;   ///< except for the blur of vertex merging, which is ignored
+  bool spreads;    ///< a chain spreads light over neighbouring pixels
+  int samples;     ///< of each of the pilot's two images: fewer if a sample brings photons for the whole image
+  bool photons;    ///< of the pilot: as many for each pixel as in the render
+  double kept;     ///< minimum part of the noise of pixels that a denoiser keeps
+  double clearly;  ///< how much better than the first it must be if the image will be denoised
 };
-/// The first is the default.
-constexpr Candidate kCandidates[] = {
-    {"path tracing", "path", 1.0, 1.75, true, false, 4, false, false, 0.0, 1.0},
-    {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, false, false, 0.1, 2.0},
-    {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, true, false, 0.03, 1.6},
-    {"bidirectional path tracing", "bdpt", 1.7, 3.0, true, false, 2, false, true, 0.0, 2.0}};
+constexpr Candidate kPath{"path tracing", "path", 1.0, 1.75, true, false, 4, false, 0.0, 1.0},
+    kChains{"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, false, 0.1, 2.0},
+    kPhotons{"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, true, 0.03, 1.6},
+    kBidirectional{"bidirectional path tracing", "bdpt", 1.7, 3.0, true, false, 2, false, 0.0, 2.0};
+/// In the order of the trials. The first is the default. If the second is hopeless, it is the last that is tried.
+/// The noise of bidirectional path tracing is large but not correlated, so that it is only tried for a denoised image.
+constexpr std::array kOrder{&kPath, &kChains, &kPhotons};
+constexpr std::array kOrderIfDenoised{&kPath, &kPhotons, &kChains, &kBidirectional};
+/// The second technique is hopeless if it has this many times the noise of path tracing. The prediction for photons in
+/// a denoised image spreads by a factor of three (docs/research/auto.md). Photons are only judged so if path tracing
+/// finds most of the light.
+constexpr double kHopelessChains = 1.25, kHopelessPhotons = 3.0;
 constexpr int kPilotPixels = 12288, kMinPixels = 768;
-constexpr int kPilotSamples = 2 * kCandidates[0].samples;  // of path tracing
+constexpr int kPilotSamples = 2 * kPath.samples;  // of path tracing
 /// Maximum share of the pilot in the requested samples.
 constexpr double kPilotShare = 0.06;
 /// Error that is not noise falls with the number of passes to this power: photon radii shrink as passes^(-1/6) [Knaus
@@ -49,6 +56,9 @@ constexpr int kTimedPixels = 1024, kTimedSamples = 2, kTimedRuns = 2;
 /// Path tracing does well if its relMSE after the pilot, plus the share of unlit pixels, is below this. The share
 /// counts because the error of a pixel without any light can be its whole value.
 constexpr double kEasyRelmse = 0.05;
+/// Path tracing finds most of the light if the same sum is below this and the second technique is hopeless. Path guiding
+/// is not measured then.
+constexpr double kModerateRelmse = 0.3;
 
 std::string text(double value) {
   char buffer[32];
@@ -91,7 +101,7 @@ double samples_per_second(const Tried& tried, const std::atomic<bool>& stop) {
   const RenderSettings small = smaller(tried.asked, kTimedPixels);
   double seconds = 1e30;
   for (int run = 0; run < kTimedRuns; ++run) {
-    const auto integrator = tried.prepared(kCandidates[0].integrator, small, tried.asked.seed);
+    const auto integrator = tried.prepared(kPath.integrator, small, tried.asked.seed);
     Film film(0, 0, small.width, small.height, {"Combined"});
     const auto start = std::chrono::steady_clock::now();
     integrator->run_iteration(film, kTimedSamples, stop);
@@ -109,8 +119,8 @@ double samples_of_render(const RenderSettings& s, double rate) {
 }
 
 struct Pilot : PilotImages {
-  /// Without rays that learn only once.
-  double rays = 0.0;
+  const Candidate* candidate = nullptr;
+  double rays = 0.0;  ///< without rays that learn only once
 };
 
 /// relMSE of chains in an image with this many pixels, relative to that in a large one: the fewer pixels there are, the
@@ -127,6 +137,7 @@ int photons_of_pilot(const RenderSettings& asked, const RenderSettings& small) {
 Pilot run_pilot(const Candidate& candidate, const Tried& tried, RenderSettings small, const std::atomic<bool>& stop) {
   if (candidate.photons) small.photons = photons_of_pilot(tried.asked, small);
   Pilot pilot;
+  pilot.candidate = &candidate;
   for (uint32_t half = 0; half < 2; ++half) {
     const auto integrator = tried.prepared(candidate.integrator, small, hash_combine(small.seed, 0x6175746FU + half));
     Film film(0, 0, small.width, small.height, {"Combined"});
@@ -169,7 +180,7 @@ void use_mean_gain(PilotNoise& after, const PilotNoise& after_first, const Pilot
   mean(after.typical, after_first.typical, before.typical, before_first.typical);
 }
 
-/// Predictions for a render with `samples_asked` samples. The pilots are those of the first candidates.
+/// Predictions for a render with `samples_asked` samples. The first pilot is that of path tracing.
 std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const RenderSettings& asked,
                                       const RenderSettings& small, double samples_asked) {
   std::vector<const PilotImages*> pictures;
@@ -181,18 +192,19 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
   std::vector<PilotNoise> noises, shown;
   size_t calmest = 0;  // the unbiased one with the minimum noise
   for (size_t k = 0; k < pilots.size(); ++k) {
+    const Candidate& candidate = *pilots[k].candidate;
     noises.push_back(noise_of(pilots[k], light));
     shown.push_back(noises[k]);
     if (asked.denoised) {
       const PilotNoise left = denoised_noise_of(pilots[k], light, small.width, small.height);
-      shown[k].whole = std::max(left.whole, kCandidates[k].kept * noises[k].whole);
-      shown[k].typical = std::max(left.typical, kCandidates[k].kept * noises[k].typical);
-      if (k > 0 && !kCandidates[k].spreads) use_mean_gain(shown[k], shown[0], noises[k], noises[0]);
+      shown[k].whole = std::max(left.whole, candidate.kept * noises[k].whole);
+      shown[k].typical = std::max(left.typical, candidate.kept * noises[k].typical);
+      if (k > 0 && !candidate.spreads) use_mean_gain(shown[k], shown[0], noises[k], noises[0]);
     }
 
     // Missed light is not a measure of the noise of chains, because neighbouring pixels share it.
-    for (size_t j = 0; j < pilots.size() && kCandidates[k].unbiased && !kCandidates[k].spreads; ++j) {
-      if (j == k || !kCandidates[j].unbiased) continue;
+    for (size_t j = 0; j < pilots.size() && candidate.unbiased && !candidate.spreads; ++j) {
+      if (j == k || !pilots[j].candidate->unbiased) continue;
       const double unseen = unseen_noise_of(pilots[k], pilots[j], light, small.width, small.height);
       noises[k].whole += unseen;
       noises[k].typical += unseen;
@@ -200,13 +212,13 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
       shown[k].whole += kept;
       shown[k].typical += kept;
     }
-    trials.push_back({kCandidates[k].name, noises[k].whole, pilots[k].rays});
-    if (kCandidates[k].unbiased && noises[k].whole < noises[calmest].whole) calmest = k;
+    trials.push_back({candidate.name, noises[k].whole, pilots[k].rays});
+    if (candidate.unbiased && noises[k].whole < noises[calmest].whole) calmest = k;
   }
   // Noise falls with the samples that the rays of the render pay for, bias more slowly.
   const double rays_asked = samples_asked * pilots[0].rays / (kPilotSamples * few);
   for (size_t k = 0; k < pilots.size(); ++k) {
-    const Candidate& candidate = kCandidates[k];
+    const Candidate& candidate = *pilots[k].candidate;
     if (!candidate.unbiased) trials[k].bias = bias_of(pilots[k], pilots[calmest], light, small.width, small.height);
     const double longer = std::max(1.0, rays_asked / (pilots[k].rays * candidate.ray_cost * pixels / few));
     const double crowded = candidate.spreads ? crowding(few) / crowding(pixels) : 1.0;
@@ -215,6 +227,43 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
     trials[k].cost = {noise_left * shown[k].whole + bias_left, noise_left * shown[k].typical + bias_left};
   }
   return trials;
+}
+
+std::span<const Candidate* const> order_of(const RenderSettings& asked) {
+  if (asked.denoised) return kOrderIfDenoised;
+  return kOrder;
+}
+
+struct Trials {
+  std::vector<TechniqueTrial> trials;  ///< of the first techniques in the order
+  bool finds_light = false;            ///< path tracing has found nearly all light
+};
+
+/// Runs pilots until it is clear that no further technique can be better. Changes the view of the scene.
+Trials run_trials(const Tried& tried, const RenderSettings& small, double samples_asked,
+                  const std::atomic<bool>& stop) {
+  const RenderSettings& asked = tried.asked;
+  Trials all;
+  std::vector<Pilot> pilots;
+  double unfound = 0.0;
+  for (const Candidate* candidate : order_of(asked)) {
+    pilots.push_back(run_pilot(*candidate, tried, small, stop));
+    if (stop.load()) break;
+    all.trials = trials_of(pilots, asked, small, samples_asked);
+    if (pilots.size() == 1) {
+      unfound = all.trials[0].relmse + unlit_share(*tried.scene, pilots[0]);
+      all.finds_light = unfound < kEasyRelmse;
+      if (all.finds_light) break;
+    }
+    // Chains and photons are efficient if light is hard to find from the eye. The second technique is the one that says
+    // more about the others: a denoiser handles the noise of photons much better than that of chains.
+    const double hopeless = asked.denoised ? kHopelessPhotons : kHopelessChains;
+    if (pilots.size() == 2 && is_hopeless(all.trials[1].cost, all.trials[0].cost, hopeless)) {
+      all.finds_light = unfound < kModerateRelmse;
+      if (all.finds_light || !asked.denoised) break;
+    }
+  }
+  return all;
 }
 
 }  // namespace
@@ -241,8 +290,8 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   const RenderSettings asked = scene->settings();
   TechniqueChoice choice;
   choice.settings = asked;
-  choice.settings.integrator = kCandidates[0].integrator;
-  choice.name = kCandidates[0].name;
+  choice.settings.integrator = kPath.integrator;
+  choice.name = kPath.name;
   if (scene->lights().empty()) {
     choice.reason = "no lights are known";
     return choice;
@@ -268,18 +317,9 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   }
 
   const RenderSettings small = smaller(asked, pixels);
-  std::vector<Pilot> pilots;
-  for (const Candidate& candidate : kCandidates) {
-    if (candidate.for_denoising && !asked.denoised) continue;
-    pilots.push_back(run_pilot(candidate, tried, small, stop));
-    if (stop.load()) break;
-    choice.trials = trials_of(pilots, asked, small, samples_asked);
-    // Photon mapping is not tried if chains are hopeless: both are efficient if light is hard to find from the eye. A
-    // denoiser handles the noise of photons much better than that of chains, so chains say nothing about photons then.
-    if (pilots.size() == 1 ? choice.trials[0].relmse + unlit_share(*scene, pilots[0]) < kEasyRelmse
-                           : !asked.denoised && is_hopeless(choice.trials[1].cost, choice.trials[0].cost))
-      break;
-  }
+  const auto order = order_of(asked);
+  Trials all = run_trials(tried, small, samples_asked, stop);
+  choice.trials = std::move(all.trials);
   scene->change_view(camera, asked);
   if (stop.load()) {
     choice.trials.clear();
@@ -289,15 +329,14 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   std::vector<PilotNoise> costs;
   std::vector<double> factors;
   for (const TechniqueTrial& trial : choice.trials) {
-    factors.push_back(asked.denoised ? kCandidates[costs.size()].clearly : kClearlyBetter);
+    factors.push_back(asked.denoised ? order[costs.size()]->clearly : kClearlyBetter);
     costs.push_back(trial.cost);
   }
   const size_t best = clearly_best(costs, factors);
-  choice.settings.integrator = kCandidates[best].integrator;
-  // Guiding makes the independent noise of path tracing smaller, and is measured before it is used. Where light is easy
-  // to find, the measurement does not pay.
-  if (best == 0 && costs.size() > 1 && asked.guiding == Guiding::Off) choice.settings.guiding = Guiding::Auto;
-  choice.name = kCandidates[best].name;
+  choice.settings.integrator = order[best]->integrator;
+  // Guiding makes the independent noise of path tracing smaller, and is measured before it is used.
+  if (best == 0 && !all.finds_light && asked.guiding == Guiding::Off) choice.settings.guiding = Guiding::Auto;
+  choice.name = order[best]->name;
   choice.reason = costs.size() == 1 ? "its error in the pilot is small"
                   : best == 0       ? "no other technique is clearly better"
                                     : text(costs[0].whole / costs[best].whole) +

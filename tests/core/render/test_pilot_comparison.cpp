@@ -118,9 +118,9 @@ TEST(PilotComparison, a_technique_with_a_few_bad_pixels_is_not_hopeless) {
   PilotImages with_firefly = noisy(0.1f, 3);
   for (const size_t pixel : {size_t(500), size_t(1500), size_t(2500)}) add_firefly(with_firefly, pixel, 50.0f);
   const std::vector<PilotNoise> noises = noises_of({&path, &bad, &with_firefly});
-  EXPECT_TRUE(is_hopeless(noises[1], noises[0]));
-  EXPECT_FALSE(is_hopeless(noises[2], noises[0]));
-  EXPECT_FALSE(is_hopeless(noises[0], noises[1]));
+  EXPECT_TRUE(is_hopeless(noises[1], noises[0], 1.25));
+  EXPECT_FALSE(is_hopeless(noises[2], noises[0], 1.25));
+  EXPECT_FALSE(is_hopeless(noises[0], noises[1], 1.25));
 }
 
 TEST(PilotComparison, light_that_is_not_found_counts_as_noise) {

@@ -23,6 +23,14 @@ SceneDescription open_scene() {
   set_camera(d, Vec3(0.1f, -3.0f, 3.0f), Vec3(0.0f), 200);
   return d;
 }
+/// Hair below a sky with dark and bright parts: each path finds light, but with noise.
+SceneDescription lit_hair() {
+  SceneDescription d = open_scene();
+  add_object(d, curls(2000, StrandShape::Ribbon), add_diffuse(d, Color(0.7f, 0.5f, 0.3f)), moved(Vec3(0.0f), 2.0f));
+  d.lights.clear();
+  set_checker_world(d, Color(0.1f), Color(2.0f), 3.0f);
+  return d;
+}
 /// A room that is lit by a lamp in a box with a small opening.
 SceneDescription hidden_lamp() {
   SceneDescription d = grey_room(200);
@@ -97,6 +105,16 @@ TEST(TechniqueChoice, a_denoised_image_of_occluded_light_tries_all_techniques) {
   const TechniqueChoice choice = choose(std::move(d));
   EXPECT_EQ(choice.trials.size(), 4u);
   EXPECT_NE(choice.settings.integrator, "path");
+}
+
+TEST(TechniqueChoice, a_denoised_image_of_light_that_paths_find_ends_the_pilot_early) {
+  SceneDescription d = lit_hair();
+  d.settings.denoised = true;
+  const TechniqueChoice choice = choose(std::move(d));
+  ASSERT_EQ(choice.trials.size(), 2u) << "path tracing has a relMSE of " << choice.trials[0].relmse;
+  EXPECT_EQ(choice.trials[1].name, std::string("photon mapping"));
+  EXPECT_EQ(choice.settings.integrator, "path");
+  EXPECT_EQ(choice.settings.guiding, Guiding::Off) << "a measurement of guiding would not pay";
 }
 
 TEST(TechniqueChoice, an_image_without_light_is_not_taken_for_one_without_noise) {
