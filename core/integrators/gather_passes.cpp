@@ -87,8 +87,9 @@ void GatherPasses::choose_radii(const std::vector<Photon>& global, const std::ve
 void GatherPasses::build_maps(std::vector<Photon> global, std::vector<Photon> caustic) {
   maps_.global.build(std::move(global));
   maps_.caustic.build(std::move(caustic));
-  maps_.global.look_around(*scene_, maps_.global_radius, time(), hash_combine(seed_, pass_));
-  maps_.caustic.look_around(*scene_, maps_.caustic_radius, time(), hash_combine(seed_, ~pass_));
+  maps_.global.look_around(*scene_, {gather_.gather_neighbours, maps_.global_radius}, time(),
+                           hash_combine(seed_, pass_));
+  maps_.caustic.look_around(*scene_, {gather_.neighbours, maps_.caustic_radius}, time(), hash_combine(seed_, ~pass_));
   maps_.has_global = !maps_.global.empty();
   maps_.has_caustic = !maps_.caustic.empty();
   maps_.sites.build(sites_, maps_.global, {gather_.gather_neighbours, maps_.global_radius});

@@ -16,7 +16,8 @@ namespace {
 constexpr int kSectors = 8;
 /// A sector: the distance to the line in which a wall meets the disc, in 1/61 of the radius, or one of these values.
 constexpr uint32_t kSteps = 61, kNothing = 62, kSurface = 63;
-constexpr int kSectorBits = 6, kFurtherShift = kSectors * kSectorBits, kTurnShift = kFurtherShift + 8;
+constexpr int kSectorBits = 6, kFurtherShift = kSectors * kSectorBits, kTurnShift = kFurtherShift + 8,
+              kSizeShift = kTurnShift + 3;
 constexpr uint64_t kKnown = uint64_t(1) << 63, kLonely = uint64_t(1) << 62;  // lonely: no sector found surface
 constexpr uint32_t kMaxFurther = 24;
 /// Makes the expectation of (tested + kPrior) / (found + kPrior) right within 1 % at straight edges and in corners, and
@@ -45,6 +46,15 @@ float thickness_of(float radius) { return 0.5f * height_of(radius); }
 /// result does not depend on the direction of a strip.
 float place(uint64_t known, int i) { return kPlace[(uint32_t(known >> kTurnShift) + uint32_t(i)) & 7u]; }
 
+/// Radii of discs relative to the largest, in steps of the square root of 1/2.
+constexpr std::array<float, 8> kSizes{1.0f, 0.70710678f, 0.5f, 0.35355339f, 0.25f, 0.17677670f, 0.125f, 0.08838835f};
+uint32_t size_for(float reach, float radius) {
+  uint32_t size = 0;
+  while (size + 1 < kSizes.size() && kSizes[size + 1] * radius >= reach) ++size;
+  return size;
+}
+float size_of(uint64_t known) { return kSizes[uint32_t(known >> kSizeShift) & 7u]; }
+
 uint32_t sector(uint64_t known, int i) { return uint32_t(known >> (kSectorBits * i)) & 63u; }
 
 /// Sector of a direction in the plane: 0 to 7, counterclockwise from the x axis.
@@ -65,24 +75,23 @@ void PhotonDiscs::start(const Scene& scene, size_t photons, float radius, float 
   around_ = std::make_unique<Around[]>(photons);
 }
 
-float PhotonDiscs::inverse_share(uint32_t photon, const SurfacePoint& at, Vec3 position, float radius2) const {
-  Around& around = around_[photon];
-  uint64_t known = around.sectors.load(std::memory_order_acquire);
-  if (known == 0) known = look_around(photon, at, around);
+float PhotonDiscs::inverse_share(uint64_t known, const Around& around, const SurfacePoint& at, Vec3 position,
+                                 float radius2) const {
+  const float radius = radius_ * size_of(known);
   const Frame frame(unpack_direction(at.packed_normal));
   const Vec3 offset = position - at.position;
-  if (std::abs(glm::dot(offset, frame.n)) > thickness_of(radius_)) return 0.0f;
+  if (std::abs(glm::dot(offset, frame.n)) > thickness_of(radius)) return 0.0f;
   const float x = glm::dot(offset, frame.s), y = glm::dot(offset, frame.t);
   const int own = sector_of(x, y);
   const uint32_t wall = sector(known, own);
   if (wall <= kSteps) {
     const uint32_t angle = uint32_t(around.walls.load(std::memory_order_relaxed) >> (8 * own)) & 255u;
     const float to_wall = x * kDirections[angle].x + y * kDirections[angle].y;
-    if (to_wall > float(wall) * radius_ / float(kSteps)) return 0.0f;
+    if (to_wall > float(wall) * radius / float(kSteps)) return 0.0f;
   }
-  const float full2 = radius_ * radius_;
+  const float full2 = radius * radius;
   if (known & kLonely) {
-    if (!sees(at, frame.n, position)) return 0.0f;
+    if (!sees(at, frame.n, position, height_of(radius))) return 0.0f;
     // The surface is taken for a strip, whose share of a smaller disc is larger.
     const float of_whole = float(kSectors + 1) + float((known >> kFurtherShift) & 255u);
     return std::max(1.0f, of_whole * std::sqrt(radius2 / full2));
@@ -98,9 +107,9 @@ float PhotonDiscs::inverse_share(uint32_t photon, const SurfacePoint& at, Vec3 p
 }
 
 /// Whether the point above the photon, from which its disc was tested, sees `position`.
-bool PhotonDiscs::sees(const SurfacePoint& at, Vec3 normal, Vec3 position) const {
+bool PhotonDiscs::sees(const SurfacePoint& at, Vec3 normal, Vec3 position, float height) const {
   Ray ray;
-  ray.origin = at.position + normal * height_of(radius_);
+  ray.origin = at.position + normal * height;
   ray.direction = position - ray.origin;
   ray.t_max = 0.99f;
   ray.time = time_;
@@ -140,10 +149,13 @@ struct PhotonDiscs::Look {
   }
 };
 
-uint64_t PhotonDiscs::look_around(uint32_t photon, const SurfacePoint& at, Around& around) const {
-  Look look{*scene_, at, Frame(unpack_direction(at.packed_normal)), radius_, time_, {}, 0};
+uint64_t PhotonDiscs::look_around(uint32_t photon, const SurfacePoint& at, float reach) const {
+  Around& around = around_[photon];
+  const uint32_t size = size_for(reach, radius_);
+  Look look{*scene_, at, Frame(unpack_direction(at.packed_normal)), radius_ * kSizes[size], time_, {}, 0};
   Pcg32 random(seed_, photon);
-  uint64_t known = kKnown | kLonely | uint64_t(random.next() & 7u) << kTurnShift, walls = 0;
+  uint64_t known = kKnown | kLonely | uint64_t(random.next() & 7u) << kTurnShift | uint64_t(size) << kSizeShift,
+           walls = 0;
   for (int i = 0; i < kSectors; ++i) {
     const float angle = (float(i) + random.next_float()) * (2.0f * kPi / kSectors);
     const uint32_t found = look(angle, place(known, i));

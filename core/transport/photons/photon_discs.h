@@ -13,6 +13,9 @@
 // whose expectation is (1 - p) / p, up to kMaxFurther. The factor is 9 plus these failures. Lookups around such a
 // photon test with a ray of their own whether they are on the surface that the disc's point sees.
 //
+// Where photons are dense, lookups need only a few of them and their discs are small. The rays of a photon are traced in
+// a disc of about this size, so that they meet the edges and walls that matter.
+//
 // All this affects the bias only: for small radii every disc is whole. The rays of a photon are traced at its first
 // lookup. The result takes 16 bytes per photon.
 #pragma once
@@ -32,20 +35,28 @@ class PhotonDiscs {
   void start(const Scene& scene, size_t photons, float radius, float time, uint32_t seed);
   bool started() const { return scene_ != nullptr; }
   /// Area of a whole disc of squared radius `radius2` around photon number `photon` at `at`, over the area that
-  /// receives its light; 0 when `position` is outside that area. The result does not depend on earlier calls or on the
-  /// thread.
-  float inverse_share(uint32_t photon, const SurfacePoint& at, Vec3 position, float radius2) const;
+  /// receives its light; 0 when `position` is outside that area. `reach()` is the radius of a lookup at the photon. It is
+  /// called at the first lookup. The result does not depend on earlier calls or on the thread.
+  template <class Reach>
+  float inverse_share(uint32_t photon, const SurfacePoint& at, Vec3 position, float radius2, Reach&& reach) const {
+    const Around& around = around_[photon];
+    uint64_t known = around.sectors.load(std::memory_order_acquire);
+    if (known == 0) known = look_around(photon, at, reach());
+    return inverse_share(known, around, at, position, radius2);
+  }
   size_t memory_bytes() const { return photons_ * sizeof(Around); }
 
  private:
   /// What the rays around a photon found.
   struct Around {
-    std::atomic<uint64_t> sectors;  ///< six bits for each sector, the failures of further rays, and flags; 0: unknown
-    std::atomic<uint64_t> walls;    ///< directions to the walls, a byte for each sector
+    /// Six bits for each sector, the failures of further rays, the size of the disc, and flags; 0: unknown.
+    std::atomic<uint64_t> sectors;
+    std::atomic<uint64_t> walls;  ///< directions to the walls, a byte for each sector
   };
   struct Look;
-  uint64_t look_around(uint32_t photon, const SurfacePoint& at, Around& around) const;
-  bool sees(const SurfacePoint& at, Vec3 normal, Vec3 position) const;
+  uint64_t look_around(uint32_t photon, const SurfacePoint& at, float reach) const;
+  float inverse_share(uint64_t known, const Around& around, const SurfacePoint& at, Vec3 position, float radius2) const;
+  bool sees(const SurfacePoint& at, Vec3 normal, Vec3 position, float height) const;
 
   const Scene* scene_ = nullptr;
   size_t photons_ = 0;

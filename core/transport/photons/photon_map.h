@@ -43,10 +43,11 @@ class PhotonMap {
     std::vector<uint32_t> order;
     build(std::move(photons), order);
   }
-  /// From now on and until the next build, distribute the flux of each photon over the surface that exists within
-  /// `radius` of it and is not behind walls.
-  void look_around(const Scene& scene, float radius, float time, uint32_t seed) {
-    discs_.start(scene, size(), radius, time, seed);
+  /// From now on and until the next build, distribute the flux of each photon over the surface that exists within the
+  /// radius of `lookup` and is not behind walls.
+  void look_around(const Scene& scene, const Lookup& lookup, float time, uint32_t seed) {
+    around_ = lookup;
+    discs_.start(scene, size(), lookup.radius, time, seed);
   }
   size_t size() const { return tree_.size(); }
   bool empty() const { return tree_.empty(); }
@@ -95,11 +96,13 @@ class PhotonMap {
   /// Area of a whole disc over the area that receives the photon's light; 0 if `position` is outside that area.
   float inverse_share_of(uint32_t photon, Vec3 position, float radius2) const {
     if (!discs_.started() || lights_[photon].packed_direction & Photon::kOfChain) return 1.0f;
-    return discs_.inverse_share(photon, tree_[photon], position, radius2);
+    return discs_.inverse_share(photon, tree_[photon], position, radius2,
+                                [&] { return reach(tree_[photon], around_.neighbours, around_.radius); });
   }
 
   PointTree tree_;
   PhotonDiscs discs_;
+  Lookup around_;  ///< of look_around
   std::vector<Light> lights_;
 };
 

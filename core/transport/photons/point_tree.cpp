@@ -144,10 +144,11 @@ void PointTree::search(Vec3 p, Vec3 normal, float& radius2, Visit&& visit) const
   for (int f = 0; f < kFacings; ++f)
     if (begin_[f] < begin_[f + 1] && cosine_to(f, normal) > kMinNormalCosine - 1e-3f)
       stack[depth++] = {begin_[f], begin_[f + 1], Vec3(0.0f)};
+  const float slab = std::sqrt(radius2) / (2.0f * kFlatness);
   const auto test = [&](uint32_t i) {
     const Vec3 offset = points_[i].position - p;
-    const float along = glm::dot(offset, normal);
-    const float distance2 = length_squared(offset) + (kFlatness * kFlatness - 1.0f) * along * along;
+    const float outside = std::max(0.0f, std::abs(glm::dot(offset, normal)) - slab);
+    const float distance2 = length_squared(offset) + (kSteepness * kSteepness - 1.0f) * outside * outside;
     if (!(distance2 < radius2)) return;
     const Vec3 facing = unpack_unnormalised(points_[i].packed_normal);
     const float cosine = glm::dot(facing, normal);

@@ -6,10 +6,13 @@
 // therefore needs no pointers and no nodes, and takes 16 bytes per point. Ranges of a few points are searched in order.
 // The trees are built in parallel. Equal input gives an equal tree for any number of threads.
 //
-// Distance is measured in a disc instead of a ball: the distance along the query's normal counts `kFlatness` times
-// [Jensen 2001, section 7.2.2]. Points whose geometric normal differs from the query's by more than about 37 degrees
-// are ignored. The other side of a thin wall faces away, so its light does not leak through. Light on a floor or
-// ceiling that continues below the wall can still leak.
+// A lookup finds the points in a ball that is cut by a slab around the plane of the query, so that it is nearly a disc
+// [Jensen 2001, section 7.2.2]. The slab reaches 1/8 of the lookup's maximum radius above and below the plane. Heights
+// beyond it count `kSteepness` times. Within the slab, distance is that in space: a ball around a point of a sphere
+// contains exactly the area pi r^2 of the sphere, so that density estimates on curved surfaces are not too dark. (A
+// flattened ball loses a share of about 4 (r / R)^2 on a sphere of radius R.) Points whose geometric normal differs from
+// the query's by more than about 37 degrees are ignored. The other side of a thin wall faces away, so its light does not
+// leak through. Light on a floor or ceiling that continues below the wall can still leak.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +35,8 @@ struct SurfacePoint {
 class PointTree {
  public:
   static constexpr int kMaxNeighbours = 128;
-  static constexpr float kFlatness = 4.0f, kMinNormalCosine = 0.8f;
+  /// The slab reaches 1 / (2 kFlatness) of the radius above and below the plane.
+  static constexpr float kFlatness = 4.0f, kSteepness = 8.0f, kMinNormalCosine = 0.8f;
 
   /// `order[i]` becomes the index in `points` of tree point i.
   void build(std::vector<SurfacePoint> points, std::vector<uint32_t>& order);
@@ -43,7 +47,7 @@ class PointTree {
 
   struct Neighbours {
     int count = 0;
-    float radius2;  ///< squared, in the disc's distance; all points that are nearer are in the list
+    float radius2;  ///< squared, in the distance of a lookup; all points that are nearer are in the list
     uint32_t index[kMaxNeighbours];
     float distance2[kMaxNeighbours];  ///< a heap with the furthest point first, once it is full
   };

@@ -55,15 +55,16 @@ PhotonMap even_photons(float x0, float x1, float y, uint32_t seed, int count = 4
   return map;
 }
 
-/// The mean irradiance at x over several positions along y and several maps. The lookups use all photons within the
-/// radius.
-double mean_irradiance(const Scene* scene, float x, float x0, float x1, float y, int count = 1200) {
+/// The mean irradiance at x over several positions along y and several maps.
+double mean_irradiance(const Scene* scene, float x, float x0, float x1, float y, int count = 1200,
+                       int neighbours = PointTree::kMaxNeighbours) {
   RunningMoments moments;
   for (uint32_t seed = 1; seed <= 8; ++seed) {
     PhotonMap map = even_photons(x0, x1, y, seed, count);
-    if (scene) map.look_around(*scene, kRadius, 0.0f, seed);
+    const PhotonMap::Lookup lookup{neighbours, kRadius};
+    if (scene) map.look_around(*scene, lookup, 0.0f, seed);
     for (const float at : {-0.4f, -0.1f, 0.2f, 0.5f})
-      moments.add(double(map.irradiance(Vec3(x, at, 0.0f), kUp, kUp, {PointTree::kMaxNeighbours, kRadius}).y));
+      moments.add(double(map.irradiance(Vec3(x, at, 0.0f), kUp, kUp, lookup).y));
   }
   return moments.mean();
 }
@@ -74,7 +75,7 @@ TEST(PhotonDiscs, are_complete_away_from_edges) {
   const auto scene = build(board(1.0f, 1.0f));
   PhotonMap map = even_photons(-0.7f, 0.7f, 0.7f, 1);
   const double before = double(map.irradiance(Vec3(0.0f), kUp, kUp, {60, kRadius}).y);
-  map.look_around(*scene, kRadius, 0.0f, 1);
+  map.look_around(*scene, {60, kRadius}, 0.0f, 1);
   EXPECT_FLOAT_EQ(float(map.irradiance(Vec3(0.0f), kUp, kUp, {60, kRadius}).y), float(before));
 }
 
@@ -88,6 +89,20 @@ TEST(PhotonDiscs, irradiance_on_a_narrow_board_is_that_on_a_wide_one) {
       mean += mean_irradiance(scene.get(), half * x, -half, half, 0.9f, 400) / 5.0;
     EXPECT_NEAR(mean, 1.0, 0.1) << half;
   }
+}
+
+// With so many photons, ten of them are found within a thirtieth of the radius.
+TEST(PhotonDiscs, edges_are_found_where_photons_are_dense) {
+  constexpr float kHalf = 0.08f;
+  const auto scene = build(board(kHalf, 1.0f));
+  double mean = 0.0, before = 0.0;
+  for (int i = 0; i < 7; ++i) {
+    const float x = kHalf - 0.001f * (float(i) + 0.5f);
+    mean += mean_irradiance(scene.get(), x, -kHalf, kHalf, 0.9f, 20000, 10) / 7.0;
+    before += mean_irradiance(nullptr, x, -kHalf, kHalf, 0.9f, 20000, 10) / 7.0;
+  }
+  EXPECT_LT(before, 0.85);
+  EXPECT_NEAR(mean, 1.0, 0.08);
 }
 
 TEST(PhotonDiscs, light_in_the_corner_of_a_floor_and_a_wall_is_complete) {
@@ -123,8 +138,8 @@ TEST(PhotonDiscs, surfaces_that_only_the_camera_sees_count) {
 TEST(PhotonDiscs, do_not_depend_on_the_order_of_lookups) {
   const auto scene = build(board(0.1f, 1.0f));
   PhotonMap forwards = even_photons(-0.1f, 0.1f, 0.9f, 3), backwards = even_photons(-0.1f, 0.1f, 0.9f, 3);
-  forwards.look_around(*scene, kRadius, 0.0f, 7);
-  backwards.look_around(*scene, kRadius, 0.0f, 7);
+  forwards.look_around(*scene, {30, kRadius}, 0.0f, 7);
+  backwards.look_around(*scene, {30, kRadius}, 0.0f, 7);
   std::vector<float> a, b;
   for (int i = 0; i < 20; ++i)
     a.push_back(forwards.irradiance(Vec3(0, -0.8f + 0.08f * float(i), 0), kUp, kUp, {30, kRadius}).y);

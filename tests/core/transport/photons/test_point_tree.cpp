@@ -30,7 +30,8 @@ std::vector<Found> brute_force(const std::vector<SurfacePoint>& points, Vec3 p, 
   std::vector<Found> found;
   for (uint32_t i = 0; i < points.size(); ++i) {
     const Vec3 offset = points[i].position - p;
-    const float d2 = length_squared(offset) + (sqr(PointTree::kFlatness) - 1.0f) * sqr(glm::dot(offset, n));
+    const float outside = std::max(0.0f, std::abs(glm::dot(offset, n)) - radius / (2.0f * PointTree::kFlatness));
+    const float d2 = length_squared(offset) + (sqr(PointTree::kSteepness) - 1.0f) * sqr(outside);
     if (d2 < radius * radius && glm::dot(unpack_direction(points[i].packed_normal), n) >= PointTree::kMinNormalCosine)
       found.push_back({d2, i});
   }
@@ -54,6 +55,47 @@ TEST(PointTree, packed_directions_have_the_error_of_one_rounding_step) {
     EXPECT_EQ(unpack_direction(pack_direction(axis)), axis);
 }
 
+// A ball around a point of a sphere contains the area pi r^2 of it.
+TEST(PointTree, a_lookup_on_a_sphere_covers_the_area_of_a_disc) {
+  constexpr int kPoints = 100000, kLookups = 2000;
+  constexpr float kRadius = 0.2f;
+  Pcg32 rng(11);
+  std::vector<SurfacePoint> points(kPoints);
+  const auto on_sphere = [&] {
+    const float u = rng.next_float();
+    return warp::square_to_sphere({u, rng.next_float()});
+  };
+  for (SurfacePoint& p : points) {
+    p.position = on_sphere();
+    p.packed_normal = pack_direction(p.position);
+  }
+  PointTree tree;
+  std::vector<uint32_t> order;
+  tree.build(std::move(points), order);
+  PointTree::Neighbours found;
+  double sum = 0.0;
+  for (int i = 0; i < kLookups; ++i) {
+    const Vec3 at = on_sphere();
+    tree.nearest(at, at, 40, kRadius, found);  // about 1000 points are within the radius
+    sum += double(found.count) / double(found.radius2);
+  }
+  EXPECT_NEAR(sum / kLookups * 4.0 / kPoints, 1.0, 0.02) << "a few";
+  // All points within a radius that is small enough for the list.
+  sum = 0.0;
+  std::vector<SurfacePoint> few(2000);
+  for (SurfacePoint& p : few) {
+    p.position = on_sphere();
+    p.packed_normal = pack_direction(p.position);
+  }
+  tree.build(std::move(few), order);
+  for (int i = 0; i < kLookups; ++i) {
+    const Vec3 at = on_sphere();
+    tree.nearest(at, at, PointTree::kMaxNeighbours, kRadius, found);
+    sum += double(found.count) / double(found.radius2);
+  }
+  EXPECT_NEAR(sum / kLookups * 4.0 / 2000, 1.0, 0.03) << "all within the radius";
+}
+
 TEST(PointTree, agrees_with_a_search_over_all_points) {
   const auto points = random_points(5000);
   PointTree tree;
@@ -71,7 +113,7 @@ TEST(PointTree, agrees_with_a_search_over_all_points) {
     if (expected.size() >= size_t(k)) {
       // The k-th point is at the edge of the disc.
       EXPECT_EQ(found.count, k - 1);
-      EXPECT_FLOAT_EQ(found.radius2, expected[size_t(k) - 1].distance2);
+      EXPECT_NEAR(found.radius2, expected[size_t(k) - 1].distance2, 2e-6f * found.radius2) << "rounding of heights";
     } else {
       EXPECT_EQ(found.count, int(expected.size()));
       EXPECT_EQ(found.radius2, radius * radius);
