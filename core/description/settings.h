@@ -47,7 +47,7 @@ struct RenderSettings {
   double seconds = 0.0, target_error = 0.0;
   int photons = 0;
   float photon_radius = 0.0f;
-  int gather_rays = 8;
+  int gather_rays = 3;
   uint32_t seed = 0;
   int threads = 0;
   int memory_limit = 0;

@@ -166,7 +166,7 @@ constexpr Setting<RenderSettings> kRenderSettings[] = {
      .range = kRays,
      .property = {"Gather Rays",
                   "Rays per sample that look up the photon map from the first rough surface. The irradiance cache uses "
-                  "ten times as many per record",
+                  "25 times as many per record",
                   1, 1024}},
     {.name = "direct_samples",
      .field = in_settings<&S::direct_samples>,

@@ -30,7 +30,7 @@ namespace {
 /// Dimensions of the sampler: those of the camera (for records: of the direction), then a fixed number for each vertex.
 constexpr uint32_t kFirstDimensions = 6, kVertexDimensions = 8;
 constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kSubsurface = 7;
-constexpr int kRaysPerGatherRay = 10;  ///< of a record, per gather ray of the setting
+constexpr int kRaysPerGatherRay = 25;  ///< of a record, per gather ray of the setting
 /// Spacing of the pixels at which records are placed. It is halved in each step.
 constexpr int kCoarsestStride = 16, kFinestStride = 2;
 constexpr float kMinRadius = 3.0f, kMaxRadius = 32.0f;  ///< of records, in pixels

@@ -186,7 +186,7 @@ TEST(IrradianceCache, has_a_fraction_of_the_noise_of_path_tracing) {
 
 TEST(IrradianceCache, control_variates_and_multiple_importance_sampling_have_the_same_mean) {
   SceneDescription d = lit_room(8);
-  d.settings.gather_rays = 2;
+  d.settings.gather_rays = 1;
   const RunningMoments mis = mean_by(d, DirectMethod::Mis, 1);
   for (auto [method, samples] : {std::pair{DirectMethod::Mis, 8},
                                  {DirectMethod::Ocv, 16},
@@ -211,7 +211,7 @@ TEST(IrradianceCache, the_image_does_not_depend_on_threads_or_the_division_into_
   for (DirectMethod method : {DirectMethod::Mis, DirectMethod::OcvProgressive, DirectMethod::PmcHi}) {
     SceneDescription d = lit_room(33);
     add_object(d, sphere(12), add_glossy(d, 0.2f), moved(Vec3(-0.4f, 0.4f, -0.6f), 0.3f));
-    d.settings.gather_rays = 2;
+    d.settings.gather_rays = 1;
     d.settings.direct = method;
     d.settings.region = {3, 5, 32, 30};
     const auto one = render(d, "irradiance_cache", 3, 5, 1);

@@ -181,6 +181,7 @@ TEST_P(PhotonMapping, the_error_against_path_tracing_falls_with_the_number_of_pa
   d.lights[0].visibility &= ~uint32_t(
       kVisibleCamera);  // further samples (transport/bidirectional/further_samples.h) change the rate at its edge
   d.settings.photons = 1000;
+  d.settings.gather_rays = 8;
   const std::vector<float> exact = render(d, "path", 4096, 1);
   const auto scene = build(d);
   constexpr int kSteps = 3;
