@@ -29,6 +29,8 @@ class Renders {
     EXPECT_EQ(session_.take_error(), "");
     return session_.snapshot("Combined");
   }
+  /// Another pass of the latest image, which the settings must ask for.
+  std::vector<float> pass(const std::string& name) const { return session_.snapshot(name); }
 
  private:
   SceneDescription description_;

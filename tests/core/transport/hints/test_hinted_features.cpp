@@ -1,5 +1,7 @@
-// Light hints in scenes with fog, hair and a moving object: a good, a useless and a wrong one move no mean.
+// Light hints in scenes with fog, hair and a moving object, and in denoised images: a good, a useless and a wrong one
+// move no mean.
 #include "agreement.h"
+#include "denoise/denoise.h"
 #include "feature_scenes.h"
 #include "hint_fixtures.h"
 
@@ -27,6 +29,31 @@ SceneDescription opening(const std::string& feature) {
                   moved(Vec3(0.5f, 0.3f, 0.0f), 0.4f));
   }
   return d;
+}
+
+/// Moments over independent seeds of the mean of the denoised image. The denoiser is a mean over 3 x 3 pixels.
+RunningMoments denoised_whole(SceneDescription d, const std::string& integrator, int samples, int seeds,
+                              uint32_t first_seed) {
+  d.settings.denoised = true;
+  d.settings.passes = {"Combined", "Halves"};
+  Renders renders(with(std::move(d), integrator, samples));
+  const int width = renders.width();
+  RunningMoments moments;
+  for (int seed = 0; seed < seeds; ++seed) {
+    const std::vector<float> image = rgb_of(renders.combined(first_seed + uint32_t(seed)));
+    const int height = int(image.size()) / (3 * width);
+    const auto blur = [&](std::vector<float> noisy) {
+      std::vector<float> scratch;
+      window_mean(noisy, {width, height, 3}, 1, scratch);
+      return noisy;
+    };
+    const Denoised result = denoise(image, renders.pass("Halves"), width, height, blur);
+    EXPECT_FALSE(result.error.empty()) << "no halves";
+    double sum = 0.0;
+    for (const float value : result.image) sum += double(value);
+    moments.add(sum / double(result.image.size()));
+  }
+  return moments;
 }
 
 }  // namespace
@@ -63,6 +90,35 @@ TEST_P(HintsWith, move_no_mean) {
     EXPECT_LT(power, visible) << name << ": inconclusive";
     EXPECT_TRUE(statistical::means_agree(expected, found, {0.01, kTests}))
         << name << ": " << found.mean() / expected.mean();
+  }
+}
+
+/// Weights of the planes follow the halves of the samples. Hints that learn from both halves must not move the result.
+/// `visible`: as above. The renders without denoising have the same hints with a smaller one.
+struct DenoisedCase {
+  const char* integrator;
+  int samples, seeds;
+  double visible;
+};
+class HintsDenoised : public ::testing::TestWithParam<DenoisedCase> {};
+INSTANTIATE_TEST_SUITE_P(By, HintsDenoised,
+                         ::testing::Values(DenoisedCase{"bdpt", 16, 24, 0.02}, DenoisedCase{"metropolis", 24, 24, 0.04},
+                                           DenoisedCase{"photon_map", 6, 12, 0.05}),
+                         [](const auto& info) { return std::string(info.param.integrator); });
+
+TEST_P(HintsDenoised, move_no_mean) {
+  const auto& [integrator, samples, seeds, visible] = GetParam();
+  const SceneDescription plain = opening("moving");
+  const RunningMoments expected = denoised_whole(plain, integrator, samples, seeds, 100);
+  uint32_t first_seed = 1000;
+  for (const auto& hints : {kGood, kUseless, kWrong}) {
+    SceneDescription hinted = plain;
+    hinted.hints = hints;
+    const RunningMoments found = denoised_whole(hinted, integrator, samples, seeds, first_seed += 1000);
+    const double power = 4.8 * std::sqrt(expected.variance_of_mean() + found.variance_of_mean()) / expected.mean();
+    EXPECT_LT(power, visible) << hints.front().name << ": inconclusive";
+    EXPECT_TRUE(statistical::means_agree(expected, found, {0.01, 9}))
+        << hints.front().name << ": " << found.mean() / expected.mean();
   }
 }
 
