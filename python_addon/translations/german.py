@@ -219,8 +219,8 @@ TEXTS = {
     "Photon Radius": "Photonenradius",
     "Radius of the first pass. 0 to choose it from the photon density": "Radius im ersten Durchlauf. 0: nach der Dichte der Photonen",
     "Gather Rays": "Sammelstrahlen",
-    "Rays per sample that look up the photon map from the first rough surface. The irradiance cache uses ten times as many per record":
-        "Strahlen pro Abtastwert, die von der ersten rauen Oberfläche aus die Photonenkarte auslesen. Irradiance Caching verwendet zehnmal so viele pro Eintrag",
+    "Rays per sample that look up the photon map from the first rough surface. The irradiance cache uses 25 times as many per record":
+        "Strahlen pro Abtastwert, die von der ersten rauen Oberfläche aus die Photonenkarte auslesen. Irradiance Caching verwendet 25-mal so viele pro Eintrag",
     "Show Photons": "Photonen anzeigen",
     "After a render, or while a view is rendered, draw the photons of the last pass as points in the 3D views":
         "Nach dem Rendern oder in einer gerenderten Ansicht die Photonen des letzten Durchlaufs als Punkte in den 3D-Ansichten zeichnen",
