@@ -128,7 +128,7 @@ size_t clearly_best(const std::vector<PilotNoise>& techniques) {
 
 size_t clearly_best(const std::vector<PilotNoise>& techniques, const std::vector<double>& factors) {
   size_t best = 0;
-  const auto by_both = [&](size_t k) { return techniques[k].whole * techniques[k].typical; };
+  const auto by_both = [&](size_t k) { return techniques[k].whole * factors[k] * techniques[k].typical * factors[k]; };
   for (size_t k = 1; k < techniques.size(); ++k) {
     if (!(by_both(k) > 0.0)) continue;  // nearly nothing was found
     if (techniques[k].whole * factors[k] >= techniques[0].whole || techniques[k].typical >= techniques[0].typical)
