@@ -8,7 +8,7 @@
 // that it keeps would prefer those that missed something bright.
 //
 // The pilot is skipped if it cannot be efficient, because nothing can bounce or few samples are requested. It ends
-// early if path tracing has a small error.
+// early if path tracing has a small error, or if the second technique is hopeless.
 //
 // If the image will be denoised (RenderSettings::denoised), the noise that counts is the noise that a denoiser leaves:
 // that of means over small windows. Independent noise nearly vanishes there, that of chains does not.
