@@ -56,6 +56,25 @@ RunningMoments denoised_whole(SceneDescription d, const std::string& integrator,
   return moments;
 }
 
+/// `render(d, first_seed)`: moments of the scene with a set of hints. `visible`: relative bias that the test must be able
+/// to see. All `tests` tests together have the level 0.01.
+template <class Render>
+void expect_hints_move_no_mean(const SceneDescription& plain, const RunningMoments& expected, double visible, int tests,
+                               Render&& render) {
+  const std::pair<const char*, std::vector<HintDescription>> sets[] = {
+      {"good", kGood}, {"useless", kUseless}, {"wrong", kWrong}};
+  uint32_t first_seed = 1000;
+  for (const auto& [name, hints] : sets) {
+    SceneDescription hinted = plain;
+    hinted.hints = hints;
+    const RunningMoments found = render(hinted, first_seed += 1000);
+    const double power = 4.8 * std::sqrt(expected.variance_of_mean() + found.variance_of_mean()) / expected.mean();
+    EXPECT_LT(power, visible) << name << ": inconclusive";
+    EXPECT_TRUE(statistical::means_agree(expected, found, {0.01, tests}))
+        << name << ": " << found.mean() / expected.mean();
+  }
+}
+
 }  // namespace
 
 /// `visible`: relative bias that the test must be able to see. Energies of erpt vary most, so its precision would cost most.
@@ -79,18 +98,9 @@ TEST_P(HintsWith, move_no_mean) {
   const auto& [feature, integrator, samples, seeds, visible] = GetParam();
   const SceneDescription plain = opening(feature);
   const RunningMoments& expected = once(plain, [&] { return whole(plain, "bdpt", 96, 24, 100); });
-  const std::pair<const char*, std::vector<HintDescription>> sets[] = {
-      {"good", kGood}, {"useless", kUseless}, {"wrong", kWrong}};
-  uint32_t first_seed = 1000;
-  for (const auto& [name, hints] : sets) {
-    SceneDescription hinted = plain;
-    hinted.hints = hints;
-    const RunningMoments found = whole(hinted, integrator, samples, seeds, first_seed += 1000);
-    const double power = 4.8 * std::sqrt(expected.variance_of_mean() + found.variance_of_mean()) / expected.mean();
-    EXPECT_LT(power, visible) << name << ": inconclusive";
-    EXPECT_TRUE(statistical::means_agree(expected, found, {0.01, kTests}))
-        << name << ": " << found.mean() / expected.mean();
-  }
+  expect_hints_move_no_mean(plain, expected, visible, kTests, [&](const SceneDescription& d, uint32_t first_seed) {
+    return whole(d, integrator, samples, seeds, first_seed);
+  });
 }
 
 /// Weights of the planes follow the halves of the samples. Hints that learn from both halves must not move the result.
@@ -110,16 +120,9 @@ TEST_P(HintsDenoised, move_no_mean) {
   const auto& [integrator, samples, seeds, visible] = GetParam();
   const SceneDescription plain = opening("moving");
   const RunningMoments expected = denoised_whole(plain, integrator, samples, seeds, 100);
-  uint32_t first_seed = 1000;
-  for (const auto& hints : {kGood, kUseless, kWrong}) {
-    SceneDescription hinted = plain;
-    hinted.hints = hints;
-    const RunningMoments found = denoised_whole(hinted, integrator, samples, seeds, first_seed += 1000);
-    const double power = 4.8 * std::sqrt(expected.variance_of_mean() + found.variance_of_mean()) / expected.mean();
-    EXPECT_LT(power, visible) << hints.front().name << ": inconclusive";
-    EXPECT_TRUE(statistical::means_agree(expected, found, {0.01, 9}))
-        << hints.front().name << ": " << found.mean() / expected.mean();
-  }
+  expect_hints_move_no_mean(plain, expected, visible, 9, [&](const SceneDescription& d, uint32_t first_seed) {
+    return denoised_whole(d, integrator, samples, seeds, first_seed);
+  });
 }
 
 }  // namespace ajar::test_hinted_features
