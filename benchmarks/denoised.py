@@ -3,8 +3,8 @@
 
     benchmarks/denoised.py [SCENE ...] [--seconds 10] [--factors 1,4,16] [--techniques auto,path,...] [--repeats 1] --wheel PYTHON
 
-Cycles is that of a bpy wheel with its own denoiser (albedo, normal, accurate prefilter, high quality), without clamping, with and without path guiding;
-the better of the two counts. Ajar denoises with the library of the extension (`make extension`) or AJAR_DENOISER. Both use two threads. T is CPU
+Cycles is that of a bpy wheel with its own denoiser (albedo, normal, accurate prefilter, high quality), without clamping: plain, with path guiding, and
+with adaptive sampling; the best of the three counts. Ajar denoises with the library of the extension (`make extension`) or AJAR_DENOISER. Both use two threads. T is CPU
 seconds of rendering and denoising, without export and build.
 
 A reference is the mean of independent renders by the technique that is best for the scene. The variance of that mean is subtracted from every error.
@@ -41,7 +41,8 @@ ENOUGH = 0.93       # of the CPU time
 CHOICE = "Choosing a technique"   # the step after the build
 ENDLESS = 1 << 20   # samples; the time stops the render
 DENOISER = PROJECT / "build" / "extension" / "package" / "ajar" / "lib" / "libajar_OpenImageDenoise.so"
-CYCLES = {"Cycles": False, "Cycles, guided": True}
+CYCLES = {"Cycles": {}, "Cycles, guided": {"guiding": True}, "Cycles, adaptive": {"adaptive": True}}
+MOST_SAMPLES = 32   # of a render with adaptive sampling, over those without it
 
 
 @dataclass(frozen=True)
@@ -138,29 +139,33 @@ def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, load:
 
 
 class CyclesRenders:
-    """Cycles of a wheel at given CPU times: the number of samples follows from short trials."""
+    """Cycles of a wheel at given CPU times: the number of samples follows from short trials. `options`: `guiding`, `adaptive` of render_cycles."""
 
-    def __init__(self, scene: Scene, folder: Path, wheel: str, threads: int, guided: bool) -> None:
-        self.scene, self.folder, self.wheel, self.threads, self.guided = scene, folder, wheel, threads, guided
+    def __init__(self, scene: Scene, folder: Path, wheel: str, threads: int, options: dict[str, bool]) -> None:
+        self.scene, self.folder, self.wheel, self.threads, self.options = scene, folder, wheel, threads, options
         few, some = (self._render(samples, 99) for samples in (1, 33))
-        clean = renderers.render_cycles(scene.path, folder, [1], [99], threads, scene.percentage, python=wheel, guiding=guided)[0]
+        clean = renderers.render_cycles(scene.path, folder, [1], [99], threads, scene.percentage, python=wheel, **options)[0]
         self.per_sample = max(1e-4, (some.statistics["cpu_seconds"] - few.statistics["cpu_seconds"]) / 32)
         self.denoising = max(0.0, few.statistics["cpu_seconds"] - clean.statistics["cpu_seconds"])
 
     def _render(self, samples: int, seed: int) -> renderers.Render:
         return renderers.render_cycles(self.scene.path, self.folder, [samples], [seed], self.threads, self.scene.percentage, python=self.wheel,
-                                       guiding=self.guided, denoise=True)[0]
+                                       denoise=True, **self.options)[0]
 
     def reference(self, cpu: float) -> Reference:
         """Two renders without denoising."""
         samples = max(1, round(0.5 * cpu / self.per_sample))
         done = renderers.render_cycles(self.scene.path, self.folder / "reference", [samples], [5, 6], self.threads, self.scene.percentage,
-                                       python=self.wheel, guiding=self.guided)
+                                       python=self.wheel, **self.options)
         return Reference(*agreement.mean_and_variance([render.image().astype(np.float64) for render in done]))
 
     def picture(self, cpu: float, seed: int) -> Picture:
-        samples = max(1, round((cpu - self.denoising) / self.per_sample))
+        expected = samples = max(1, round((cpu - self.denoising) / self.per_sample))
         done = self._render(samples, seed)
+        # With adaptive sampling, pixels stop at Blender's default threshold. The limit is raised until the time is used.
+        while self.options.get("adaptive") and (used := done.statistics["cpu_seconds"]) < ENOUGH * cpu and samples < MOST_SAMPLES * expected:
+            samples = min(MOST_SAMPLES * expected, max(samples + 1, round(samples * min(4.0, (cpu - self.denoising) / max(0.01, used - self.denoising)))))
+            done = self._render(samples, seed)
         return Picture(None, done.image().astype(np.float64), done.statistics["cpu_seconds"], samples, "Cycles")
 
 
@@ -201,7 +206,7 @@ def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, opt
     load = Load(options.threads)
     warm, _, _ = render(scene_file, "path", 1.0, 1, load)
     denoising = min(denoise(warm, math.inf, options.threads)[1] for _ in range(2))
-    rivals = {name: CyclesRenders(scene, folder / name.replace(", ", "_"), options.wheel, options.threads, guided) for name, guided in CYCLES.items()}
+    rivals = {name: CyclesRenders(scene, folder / name.replace(", ", "_"), options.wheel, options.threads, flags) for name, flags in CYCLES.items()}
     own = rivals["Cycles"].reference(2.0 * options.reference_seconds) if scene.name not in REFERENCES else reference
     runs = []
     for factor in options.factors:
@@ -243,7 +248,8 @@ def median(found: dict, name: str, factor: int, key: str) -> float:
 
 
 def best_cycles(found: dict, factor: int) -> float:
-    return min(median(found, name, factor, "relmse") for name in CYCLES)
+    errors = [median(found, name, factor, "relmse") for name in CYCLES]
+    return min((error for error in errors if not math.isnan(error)), default=float("nan"))
 
 
 def merged(known: list[dict], new: dict) -> list[dict]:
@@ -265,7 +271,7 @@ def page(results: dict) -> str:
     lines += ["", "## Method", "",
               f"`benchmarks/denoised.py` writes this page; do not edit it. T is {results['seconds']:g} CPU seconds for rendering and denoising, without export and "
               f"build, on {results['machine']['threads']} threads; {seeds} seeds at most, medians. Cycles is that of the bpy wheel with its own denoiser "
-              "(albedo, normal, accurate prefilter, high quality), without clamping; the better of guided and not guided counts. Errors are relMSE, "
+              "(albedo, normal, accurate prefilter, high quality), without clamping; the best of plain, guided and adaptive (Blender's default threshold, its limit of samples raised until the time is used) counts. Errors are relMSE, "
               "mean((I−R)²/(R²+0.01)), from which the variance of the reference is subtracted. "
               + ("The wheel exports the scenes, so that both engines have the materials of its Blender. " if results["exported_by_wheel"] else
                  "Blender 3.4 exports the scenes. Newer versions of Cycles shade some materials differently. ")

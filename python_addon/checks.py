@@ -19,7 +19,6 @@ from .export.context import ExportContext
 from .headless import Options
 from .translations import report
 
-CHAIN_INTEGRATORS = {"metropolis", "erpt", "pmc_pt"}
 HINT_INTEGRATORS = {info.name for info in ajar.integrator_list() if info.follows_hints}
 
 
@@ -64,8 +63,6 @@ FIXES = (
     Fix("HINTS", "Light hints are drawn, but the integrator does not follow them.", "Use Auto",
          lambda scene: scene.ajar.integrator not in HINT_INTEGRATORS and any(curve.ajar.hint_enabled for curve in hints.curves_of(scene)),
          _set(integrator="auto")),
-    Fix("ADAPTIVE", "This integrator cannot distribute samples by noise: its chains choose pixels by themselves.", "Use Path Tracing",
-         lambda scene: scene.ajar.image == "pmc_ip" and scene.ajar.integrator in CHAIN_INTEGRATORS, _set(integrator="path")),
     Fix("BIASED", "The direct light method is biased: an error remains after any number of samples.", "Use MIS", _is_biased, _set(direct="mis")),
 )
 

@@ -9,7 +9,7 @@ import bpy
 from .translations import tooltip
 
 # Every preset sets all of these, so that a preset replaces the previous one.
-BASE = {"integrator": "auto", "image": "uniform", "image_error": "relative", "samples": 1024, "time_limit": 0.0, "noise_target": 0.001,
+BASE = {"integrator": "auto", "image": "pmc_ip", "image_error": "relative", "samples": 1024, "time_limit": 0.0, "noise_target": 0.001,
         "bounces_total": 12, "bounces_diffuse": 4, "bounces_glossy": 4, "bounces_transmission": 12, "bounces_transparent": 8,
         "reflective_caustics": True, "refractive_caustics": True, "clamp_direct": 0.0, "clamp_indirect": 0.0}
 PRESETS: dict[str, tuple[str, str, dict[str, Any]]] = {
@@ -19,7 +19,7 @@ PRESETS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "CAUSTICS": ("Caustics", "Light through glass and off mirrors, by photon maps",
                  {"integrator": "photon_map", "bounces_total": 24, "bounces_glossy": 12, "bounces_transmission": 24, "bounces_transparent": 16}),
     "PRODUCT": ("Product", "Objects in unoccluded light, with more samples where the eye sees noise",
-                {"integrator": "path", "image": "pmc_ip", "image_error": "perceptual", "bounces_transparent": 16}),
+                {"integrator": "path", "image_error": "perceptual", "bounces_transparent": 16}),
     "FINAL": ("Final", "Clean, without a time limit",
               {"samples": 16384, "noise_target": 0.0002, "bounces_total": 24, "bounces_diffuse": 8, "bounces_glossy": 8, "bounces_transmission": 24,
                "bounces_transparent": 16}),

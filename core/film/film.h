@@ -105,6 +105,12 @@ class Film {
   FilmSums sums() const;
   /// Continues from these sums. Throws std::invalid_argument if they are those of other passes.
   void set_sums(const FilmSums& sums);
+  /// Adds the number of rays of the latest sample of this pixel, for `early_samples`.
+  void add_rays(int x, int y, uint64_t rays) {
+    if (!early_.enabled()) return;
+    const size_t index = index_of(x, y);
+    early_.add_rays(index, first_sample_ + pixels_[index].count - 1, rays);
+  }
   /// Adds the parts of the latest sample of this pixel.
   void add_parts(int x, int y, const SampleParts& parts);
   /// For a scene with shadow catchers: "Combined" is then the composite with them. Must be called before the first sample.
@@ -117,8 +123,8 @@ class Film {
   }
   /// The index of the next sample of this pixel of the full frame: the number of its samples, if the first one is 0.
   uint32_t samples_of(int x, int y) const { return first_sample_ + pixels_[index_of(x, y)].count; }
-  /// Sets the goal of each pixel, in the order of the film; empty: the same for all. The luminances of samples up to
-  /// the maximum goal are summed in `early_samples`.
+  /// Sets the goal of each pixel, in the order of the film; empty: the same for all. The luminances and rays of samples
+  /// up to the maximum goal are summed in `early_samples`.
   void set_goals(std::vector<uint32_t> goals);
   const std::vector<uint32_t>& goals() const { return goals_; }
   /// Goal of this pixel; `uniform` if no goals are set.

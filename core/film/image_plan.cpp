@@ -36,17 +36,21 @@ constexpr float kUniformParts[] = {0.01f, 0.1f, 0.25f, 0.5f};
 /// number of standard deviations of the reduction. If few bright samples make nearly all the noise, a prediction can be
 /// right by accident; the reduction is then about one standard deviation.
 constexpr double kMinGain = 0.05, kGainConfidence = 1.5;
+/// Time of a sample without its rays, in rays.
+constexpr float kCostOfSample = 1.0f;
 constexpr float kNearPixels = 4.0f;  // effective number of pixels in a neighbourhood of the narrowest reach
 constexpr float kMinWeight = 1e-6f;  // minimum sum of the weights of neighbours
 constexpr int kBand = 32;            // rows that one task smooths
 
-/// Estimates from the first samples of a pixel, for the luminance of one sample; or weighted sums of these over pixels.
+/// Estimates from the first samples of a pixel, for one sample; or weighted sums of these over pixels.
 struct Noise {
-  float weight = 1.0f, mean = 0.0f, variance = 0.0f;
+  float weight = 1.0f, mean = 0.0f, variance = 0.0f;  ///< mean and variance of the luminance
+  float cost = 0.0f;                                  ///< time, in rays
   void add(const Noise& n, float w) {
     weight += w * n.weight;
     mean += w * n.mean;
     variance += w * n.variance;
+    cost += w * n.cost;
   }
 };
 
@@ -57,6 +61,7 @@ std::vector<Noise> noise_of_first(EarlySamples& early, size_t pixels, uint32_t c
     const EarlySamples::Moments& m = early.first(i);
     noise[i].mean = m.sum / float(count);
     noise[i].variance = std::max(0.0f, m.sum_squared - m.sum * noise[i].mean) / float(count - 1);
+    noise[i].cost = kCostOfSample + m.rays / float(count);
   }
   return noise;
 }
@@ -120,7 +125,10 @@ class ShareSearch {
   /// The prediction for a pixel from the pixels of one colour.
   struct Prediction {
     float mean = 0.0f, variance = 0.0f;  ///< over the widest reach
-    float unit = -1.0f, share = 1.0f;    ///< unit: negative if there is no prediction
+    float cost = 1.0f;
+    float unit = -1.0f, share = 1.0f;  ///< unit: negative if there is no prediction
+    /// Number of samples per unit of time that minimises the sum of the errors.
+    void set_share(float noise, float time) { share = std::pow(noise / (unit * time), kExponent); }
   };
 
   template <class Visit>
@@ -151,7 +159,8 @@ void ShareSearch::average_widely() {
     const Noise* const sums[2] = {&own, &other};
     for (int k = 0; k < 2; ++k)
       if (sums[k]->weight > kMinWeight)
-        predictions_[k][i] = {sums[k]->mean / sums[k]->weight, std::max(0.0f, sums[k]->variance / sums[k]->weight)};
+        predictions_[k][i] = {sums[k]->mean / sums[k]->weight, std::max(0.0f, sums[k]->variance / sums[k]->weight),
+                              sums[k]->cost / sums[k]->weight};
   });
 }
 
@@ -170,7 +179,7 @@ void ShareSearch::predict_shares(float reach) {
   if (reach == kReaches[2]) {
     for (std::vector<Prediction>& of_color : predictions_)
       for (Prediction& p : of_color)
-        if (p.unit > 0.0f) p.share = std::pow(p.variance / p.unit, kExponent);
+        if (p.unit > 0.0f) p.set_share(p.variance, p.cost);
     return;
   }
   for_each_neighbourhood(noise_, width_, reach, [&](size_t i, const Noise& own, const Noise& other) {
@@ -179,7 +188,8 @@ void ShareSearch::predict_shares(float reach) {
       if (!(sums[k]->weight > kMinWeight)) continue;
       Prediction& p = predictions_[k][i];
       if (reach == kReaches[0]) p.unit = unit_of(*sums[k], p);
-      if (p.unit > 0.0f) p.share = std::pow(std::max(0.0f, sums[k]->variance / sums[k]->weight) / p.unit, kExponent);
+      if (p.unit > 0.0f)
+        p.set_share(std::max(0.0f, sums[k]->variance / sums[k]->weight), sums[k]->cost / sums[k]->weight);
     }
   });
 }
@@ -204,15 +214,19 @@ void ShareSearch::test_shares(int color) {
     for_each_of(1 - color, [&](size_t i) {
       const Prediction& p = predictions_[0][i];
       if (p.unit > 0.0f)
-        visit(std::max(kFloor, part + (1.0f - part) * scale_own * p.share), noise_[i].variance / p.unit);
+        visit(std::max(kFloor, part + (1.0f - part) * scale_own * p.share), noise_[i].variance / p.unit,
+              noise_[i].cost);
     });
   };
   for (const float part : kUniformParts) {
-    double counts = 0.0, even = 0.0, less = 0.0, square = 0.0;
-    for_each_test(part, [&](float count, float) { counts += double(count); });
-    const double mean_count = counts / double(seen);
-    for_each_test(part, [&](float count, float error) {
-      const double change = double(error) * (1.0 - mean_count / double(count));
+    double time = 0.0, time_of_one = 0.0, even = 0.0, less = 0.0, square = 0.0;
+    for_each_test(part, [&](float count, float, float cost) {
+      time += double(count * cost);
+      time_of_one += double(cost);
+    });
+    const double even_count = time / time_of_one;  // of all pixels in the same time
+    for_each_test(part, [&](float count, float error, float) {
+      const double change = double(error) * (1.0 - even_count / double(count));
       even += double(error);
       less += change;
       square += change * change;

@@ -2,14 +2,16 @@
 //
 // The pixels are the components of a mixture over the image plane. Adaptation gives pixel k
 //   C_k = max(floor, lambda o_k) samples,   sum C_k = N pixels,
-//   o_k = importance_k (e mean + (1 - e) (variance_k / w(L_k))^0.4),
-// where w is tvi(L) (perceptual) or L^2 + 0.01 (relative). Fractions of samples go to pixels by ordered thresholds that
-// are spread evenly over the plane.
+//   o_k = importance_k (e mean + (1 - e) (variance_k / (w(L_k) cost_k))^0.4),
+// where w is tvi(L) (perceptual) or L^2 + 0.01 (relative), and cost_k is the time of a sample, in rays. Fractions of
+// samples go to pixels by ordered thresholds that are spread evenly over the plane.
 //
 // Departures from the thesis:
 // - The thesis has the power 1, which makes the errors of all pixels equal. The power 0.5 minimises their sum for
 //   independent samples. The samples of a pixel are stratified here, for which a somewhat lower power is best.
-// - The thesis has a fixed e of 0.01 and the variance of each pixel alone. Here the variance is averaged over
+// - The thesis does not count the cost. A noisy pixel often costs more than others. With shares by variance alone, the
+//   error at equal time can be larger than with equal counts.
+// - The thesis has a fixed e of 0.01 and the variance of each pixel alone. Here variance and cost are averaged over
 //   neighbours. The reach of the average and e are chosen by how well such averages predict pixels that were not in
 //   them. Edges need a narrow reach. If rare bright samples come from anywhere, no average predicts them, and e is 1.
 //

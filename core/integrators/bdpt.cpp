@@ -118,6 +118,7 @@ class Bdpt final : public Integrator {
     const bool separates = groups.any();
     if (separates) groups.begin();
     uint32_t splats = 0;
+    const uint64_t rays_before = walks.rays();
     // The two halves get equally many splats, whatever the sample counts are.
     const bool odd = (index + uint32_t(px + py)) & 1;
     if (merging_.active()) walks.pass_time = merging_.time();
@@ -136,6 +137,7 @@ class Bdpt final : public Integrator {
                      separates ? groups.pass_of(*scene_, walks.light_of(path)) : -1);
     }
     const bool added = film.add_sample(px, py, radiance + walks.merged() + walks.glow(), walks.alpha(), aux);
+    film.add_rays(px, py, walks.rays() - rays_before);
     if (!added || !separates) return;
     for (int g = 0; g < int(walks.merged_of_groups().size()); ++g) groups.add(g, walks.merged_of_groups()[size_t(g)]);
     film.add_parts(px, py, groups.parts());

@@ -218,6 +218,7 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
     SampleAux* const aux = record.begin(film, px, py);
     float alpha = 1.0f;
     Color seen(0.0f);
+    const uint64_t rays_before = gatherer.rays();
     const Color rest = sees_nothing(ray) ? Color(0.0f) : gatherer.trace(ray, aux, alpha, seen);
     // Light that is seen directly is separate only where there are no media.
     if (further_.active() && !media_)
@@ -228,6 +229,7 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
             return sees_nothing(further) ? Color(0.0f) : trace_seen_light(*scene_, further, sampler, seen_rays.local());
           });
     film.add_sample(px, py, rest + seen, alpha, aux);
+    film.add_rays(px, py, gatherer.rays() - rays_before);
   });
   seen_rays.combine_each([&](uint64_t rays) { seen_rays_ += rays; });
   paths_ += uint64_t(film.width()) * uint64_t(film.height());

@@ -136,10 +136,12 @@ class IrradianceCache final : public Integrator {
           SampleAux* const aux = record.begin(film, px, py);
           float alpha = 1.0f;
           ++tile.counter.paths;
+          const uint64_t rays_before = tile.counter.rays;
           const Color radiance = sees_nothing(ray) ? Color(0.0f)
                                                    : trace(direct_light, start_at_camera(ray, px, py, index),
                                                            tile.sampler, aux, alpha, tile.counter);
           film.add_sample(px, py, radiance, alpha, aux);
+          film.add_rays(px, py, tile.counter.rays - rays_before);
         });
     counters.combine_each([&](const Counters& c) {
       statistics_.rays += c.rays;

@@ -224,6 +224,7 @@ class PathTracer final : public Integrator {
           }
           const Ray ray = scene_->camera().generate_ray(on_film, u_lens, time);
           SampleAux* const aux = tile.record.begin(film, px, py);
+          const uint64_t rays_before = tile.counter.rays;
           float alpha = 1.0f;
           if (sees_nothing(ray)) {
             film.add_sample(px, py, Color(0.0f), 1.0f, aux);
@@ -265,6 +266,7 @@ class PathTracer final : public Integrator {
                               {exposure * outcome.unguided, outcome.share});
             }
           const bool added = film.add_sample(px, py, radiance, alpha, aux);
+          film.add_rays(px, py, tile.counter.rays - rays_before);
           if (added && film.has_catchers()) [[unlikely]] {
             const CaughtSample sample = compare(caught, start, index, radiance, alpha);
             if (is_finite(sample.alone) && is_finite(sample.background)) film.add_caught(px, py, sample);

@@ -144,7 +144,8 @@ TEXTS = {
     "Seed": "Startwert",
     "A different seed gives a different noise pattern": "Ein anderer Startwert ergibt ein anderes Rauschmuster",
     "Image Sampling": "Bildabtastung",
-    "How samples are distributed over the pixels": "Wie die Abtastwerte auf die Pixel verteilt werden",
+    "How samples are distributed over the pixels. Chains place their samples themselves":
+        "Wie die Abtastwerte auf die Pixel verteilt werden. Ketten verteilen ihre Abtastwerte selbst",
     "Uniform": "Gleichmäßig",
     "All pixels get the same number of samples": "Alle Pixel erhalten gleich viele Abtastwerte",
     "Adaptive (PMC-IP)": "Adaptiv (PMC-IP)",
@@ -605,9 +606,6 @@ TEXTS = {
     "Switch Caustics On": "Kaustiken einschalten",
     "Light hints are drawn, but the integrator does not follow them.": "Lichthinweise sind gezeichnet, aber der Integrator folgt ihnen nicht.",
     "Use Auto": "Auto verwenden",
-    "This integrator cannot distribute samples by noise: its chains choose pixels by themselves.":
-        "Dieser Integrator kann Abtastwerte nicht nach dem Rauschen verteilen: seine Ketten wählen die Pixel selbst.",
-    "Use Path Tracing": "Path Tracing verwenden",
     "The direct light method is biased: an error remains after any number of samples.":
         "Die Methode für direktes Licht ist verzerrt: ein Fehler bleibt bei jeder Zahl von Abtastwerten.",
     "Use MIS": "MIS verwenden",
@@ -743,7 +741,6 @@ OPERATORS = {
     "Unmark Light Hint": "Lichthinweis aufheben",
     "Use Auto": "Auto verwenden",
     "Use MIS": "MIS verwenden",
-    "Use Path Tracing": "Path Tracing verwenden",
     "Use Preset": "Voreinstellung verwenden",
     "Use or Add a Camera": "Kamera verwenden oder hinzufügen",
 }

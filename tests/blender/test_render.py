@@ -48,9 +48,10 @@ def test_png_has_the_view_transform(render):
 
 
 def test_border_renders_its_region_and_crop_reduces_the_size(render):
-    border = "scene.render.use_border = True\nscene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75\n" \
+    uniform = "scene.ajar.image = 'uniform'\n"   # adaptive sampling looks at the region alone
+    border = uniform + "scene.render.use_border = True\nscene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75\n" \
              "scene.render.border_min_y, scene.render.border_max_y = 0.5, 1.0\n"
-    full, _ = render()
+    full, _ = render(uniform)
     uncropped, _ = render(border)
     assert uncropped.shape[:2] == (24, 32)
     inside = np.zeros((24, 32), bool)
@@ -80,6 +81,7 @@ layer.use_pass_glossy_direct = layer.use_pass_transmission_color = True
 square.pass_index = 7
 layer.ajar.use_pass_albedo = layer.ajar.use_pass_sample_count = layer.ajar.use_pass_variance = True
 layer.ajar.use_pass_denoising = True
+scene.ajar.image = "uniform"
 """
     result = blender("--python", script(tmp_path, text), "-o", tmp_path / "out", "-F", "OPEN_EXR_MULTILAYER", "-f", 1)
     assert result.returncode == 0, result.stdout

@@ -196,11 +196,9 @@ def settings():
     yield from panel("light_paths", "AJAR_RENDER_PT_light_paths")
     yield from panel("performance", "AJAR_RENDER_PT_performance")
     scene.ajar.clamp_indirect = 10.0
-    scene.ajar.image = "pmc_ip"
     yield from panel("checks", "AJAR_RENDER_PT_checks")
     scene.ajar.clamp_indirect = 0.0
     yield from panel("adaptive", "AJAR_RENDER_PT_sampling")
-    scene.ajar.image = "uniform"
     scene.ajar.integrator, scene.ajar.samples = "auto", 32
     scene.render.resolution_percentage = 25
     if any(is_wanted(f"panel_{name}") for name in ("statistics", "plan")):

@@ -26,7 +26,6 @@ BREAK = {
     "CLAMPING": lambda scene: setattr(scene.ajar, "clamp_indirect", 10.0),
     "CAUSTICS": lambda scene: setattr(scene.ajar, "refractive_caustics", False),
     "HINTS": draw_a_path,
-    "ADAPTIVE": lambda scene: (setattr(scene.ajar, "image", "pmc_ip"), setattr(scene.ajar, "integrator", "erpt")),
     "BIASED": lambda scene: setattr(scene.ajar, "direct", "ocv_paper"),
 }
 

@@ -7,7 +7,7 @@ from ajar_render.headless import Options
 
 
 def test_settings_are_exported_and_the_command_line_has_precedence(export, scene):
-    assert export().settings.image == "uniform"
+    assert export().settings.image == "pmc_ip"
     scene.ajar.image, scene.ajar.image_error, scene.ajar.importance_factor = "pmc_ip", "perceptual", 3.0
     scene.ajar.importance_min, scene.ajar.importance_max = (0.25, 0.5), (0.75, 1.0)
     settings = export().settings
