@@ -38,7 +38,7 @@ AJAR_TECHNIQUES = {
     "path": ["--integrator", "path"],
     "path, guided": ["--integrator", "path", "--guiding", "on"],
     "path, guiding auto": ["--integrator", "path", "--guiding", "auto"],
-    "path, pmc_ip": ["--integrator", "path", "--image", "pmc_ip"],
+    "path, uniform": ["--integrator", "path", "--image", "uniform"],
     "bdpt": ["--integrator", "bdpt"],
     "metropolis": ["--integrator", "metropolis"],
     "erpt": ["--integrator", "erpt"],

@@ -253,6 +253,73 @@ uint32_t round_count(float y, float threshold, int digits) {
   return base + ((y - float(base)) / float(step) + threshold >= 1.0f ? step : 0u);
 }
 
+/// Number of pixels of one colour in the first `rows` rows. Colour 0 is that of the first pixel.
+size_t pixels_of(int color, int width, int rows) { return (size_t(rows) * size_t(width) + size_t(1 - color)) / 2; }
+
+/// A pixel to which samples are distributed.
+struct Place {
+  size_t pixel;
+  float share, threshold;
+  uint32_t min_goal;
+};
+
+/// Two values of lambda and the number of samples that they need.
+struct LambdaBounds {
+  float low, high;
+  uint64_t at_low, at_high;
+};
+
+/// Moves the bounds together until `low` needs nearly the wanted number of samples, by secant and bisection steps in
+/// turn. `total(lambda)` is the number that is needed.
+template <class Total>
+void narrow(LambdaBounds& b, uint64_t wanted, uint64_t tolerance, Total&& total) {
+  while (b.at_high < wanted && b.high < 1e30f)
+    b.low = b.high, b.at_low = b.at_high, b.high *= 2.0f, b.at_high = total(b.high);
+  for (bool secant = true; b.at_low + tolerance < wanted; secant = !secant) {
+    const float part = secant ? std::clamp(float(wanted - b.at_low) / float(b.at_high - b.at_low), 0.02f, 0.98f) : 0.5f;
+    const float middle = b.low + part * (b.high - b.low);
+    if (!(middle > b.low && middle < b.high)) break;
+    const uint64_t at_middle = total(middle);
+    if (at_middle <= wanted)
+      b.low = middle, b.at_low = at_middle;
+    else
+      b.high = middle, b.at_high = at_middle;
+  }
+}
+
+/// Bounds of the lambda that needs `samples` for each place on average. Every `kFewPlaces`th part of the places is
+/// counted first, and then all of them near that result.
+template <class Count>
+LambdaBounds bounds_of_lambda(const std::vector<Place>& places, uint32_t samples, double sum_of_shares,
+                              const Count& count) {
+  constexpr size_t kFewPlaces = 4096;
+  const auto total = [&](float lambda, size_t step) {
+    const size_t chosen = (places.size() + step - 1) / step;
+    return tbb::parallel_reduce(
+        tbb::blocked_range<size_t>(0, chosen, 4096), uint64_t(0),
+        [&](const tbb::blocked_range<size_t>& range, uint64_t sum) {
+          for (size_t i = range.begin(); i != range.end(); ++i) sum += count(places[i * step], lambda);
+          return sum;
+        },
+        std::plus<>());
+  };
+  // An odd step, so that the chosen places are not all in the same columns.
+  const size_t step = places.size() / kFewPlaces | 1;
+  const float middle = float(double(samples) * double(places.size()) / sum_of_shares);
+  LambdaBounds b{0.0f, middle, total(0.0f, step), total(middle, step)};
+  narrow(b, uint64_t(samples) * ((places.size() + step - 1) / step), 0,
+         [&](float lambda) { return total(lambda, step); });
+  if (step == 1) return b;
+  constexpr float kNear = 0.02f;
+  const uint64_t wanted = uint64_t(samples) * places.size();
+  LambdaBounds all{b.low * (1.0f - kNear), b.high * (1.0f + kNear), 0, 0};
+  all.at_low = total(all.low, 1);
+  all.at_high = total(all.high, 1);
+  if (all.at_low > wanted) all.low = 0.0f, all.at_low = total(0.0f, 1);
+  narrow(all, wanted, wanted / kFewPlaces, [&](float lambda) { return total(lambda, 1); });
+  return all;
+}
+
 }  // namespace
 
 ImagePlan::ImagePlan(ErrorMeasure measure, uint32_t first, uint32_t seed, Importance importance, Counts counts)
@@ -291,23 +358,20 @@ void ImagePlan::decide(Film& film) {
 
 /// Goals of the pixels of one colour: `samples` on average, but at least the decided goal of each pixel and the floor.
 void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<uint32_t>& goals) const {
-  struct Place {
-    size_t pixel;
-    float share, threshold;
-    uint32_t min_goal;
-  };
-  std::vector<Place> places;
-  places.reserve(goals.size() / 2 + 1);
+  const int height = int(goals.size() / size_t(width));
   const float offset = to_unit_float(hash_combine(seed_, early_)),
               floor = std::max(float(first_), kFloor * float(samples));
+  std::vector<Place> places(pixels_of(color, width, height));
+  tbb::parallel_for(0, height, [&](int y) {
+    size_t at = pixels_of(color, width, y);
+    for (int x = (y + color) & 1; x < width; x += 2, ++at) {
+      const size_t i = size_t(y) * size_t(width) + size_t(x);
+      const float t = threshold(x, y, offset);
+      places[at] = {i, shares_[i], t, std::max(decided_goals_[i], round_count(floor, t, digits_))};
+    }
+  });
   double sum_of_shares = 0.0;
-  for (size_t i = 0; i < goals.size(); ++i) {
-    const int x = int(i % size_t(width)), y = int(i / size_t(width));
-    if (((x + y) & 1) != color) continue;
-    const float t = threshold(x, y, offset);
-    places.push_back({i, shares_[i], t, std::max(decided_goals_[i], round_count(floor, t, digits_))});
-    sum_of_shares += double(shares_[i]);
-  }
+  for (const Place& p : places) sum_of_shares += double(p.share);
   if (!(sum_of_shares > 0.0) || !std::isfinite(sum_of_shares)) {  // no pixel varies
     for (const Place& p : places) goals[p.pixel] = std::max(samples, decided_goals_[p.pixel]);
     return;
@@ -316,35 +380,13 @@ void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<ui
   const auto count = [&](const Place& p, float lambda) {
     return std::max(p.min_goal, round_count(std::min(max_count, lambda * p.share), p.threshold, digits_));
   };
-  const auto total = [&](float lambda) {
-    return tbb::parallel_reduce(
-        tbb::blocked_range<size_t>(0, places.size(), 4096), uint64_t(0),
-        [&](const tbb::blocked_range<size_t>& range, uint64_t sum) {
-          for (size_t i = range.begin(); i != range.end(); ++i) sum += count(places[i], lambda);
-          return sum;
-        },
-        std::plus<>());
-  };
-  // The maximum lambda that needs no more than the available samples, by secant and bisection steps in turn.
   const uint64_t wanted = uint64_t(samples) * places.size();
-  float low = 0.0f, high = float(double(wanted) / sum_of_shares);
-  uint64_t at_low = total(low), at_high = total(high);
-  while (at_high < wanted && high < 1e30f) low = high, at_low = at_high, high *= 2.0f, at_high = total(high);
-  for (bool secant = true; at_low < wanted; secant = !secant) {
-    const float part = secant ? std::clamp(float(wanted - at_low) / float(at_high - at_low), 0.02f, 0.98f) : 0.5f;
-    const float middle = low + part * (high - low);
-    if (!(middle > low && middle < high)) break;
-    const uint64_t at_middle = total(middle);
-    if (at_middle <= wanted)
-      low = middle, at_low = at_middle;
-    else
-      high = middle, at_high = at_middle;
-  }
+  const LambdaBounds found = bounds_of_lambda(places, samples, sum_of_shares, count);
   // The remaining samples go to the pixels that would get more with a slightly larger lambda.
-  uint64_t left = wanted - std::min(wanted, at_low);
+  uint64_t left = wanted - std::min(wanted, found.at_low);
   for (const Place& p : places) {
-    goals[p.pixel] = count(p, low);
-    const uint32_t more = uint32_t(std::min<uint64_t>(left, count(p, high) - goals[p.pixel]));
+    goals[p.pixel] = count(p, found.low);
+    const uint32_t more = uint32_t(std::min<uint64_t>(left, count(p, found.high) - goals[p.pixel]));
     goals[p.pixel] += more;
     left -= more;
   }

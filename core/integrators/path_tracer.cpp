@@ -193,6 +193,11 @@ class PathTracer final : public Integrator {
     });
   }
 
+  float time_of_sample(Sampler& sampler, int py) const {
+    sampler.set_dimension(D::kTime);
+    return scene_->camera().time_of(sampler.get_1d(), py);
+  }
+
   template <class Parts, class Medium, class DirectLight, class Guide>
   void render_with(const DirectLight& direct_light, Guide, Film& film, const std::atomic<bool>& stop,
                    tbb::combinable<PathCounters>& counters) {
@@ -217,11 +222,7 @@ class PathTracer final : public Integrator {
           const Vec2 offset = filter_.sample(tile.sampler.get_2d());
           const Vec2 on_film(float(px) + 0.5f + offset.x, float(py) + 0.5f + offset.y);
           const Vec2 u_lens = scene_->camera().has_lens() ? tile.sampler.get_2d() : Vec2(0.5f);
-          float time = 0.0f;
-          if (moves) {
-            tile.sampler.set_dimension(D::kTime);
-            time = scene_->camera().time_of(tile.sampler.get_1d(), py);
-          }
+          const float time = moves ? time_of_sample(tile.sampler, py) : 0.0f;
           const Ray ray = scene_->camera().generate_ray(on_film, u_lens, time);
           SampleAux* const aux = tile.record.begin(film, px, py);
           const uint64_t rays_before = tile.counter.rays;

@@ -198,7 +198,6 @@ def settings():
     scene.ajar.clamp_indirect = 10.0
     yield from panel("checks", "AJAR_RENDER_PT_checks")
     scene.ajar.clamp_indirect = 0.0
-    yield from panel("adaptive", "AJAR_RENDER_PT_sampling")
     scene.ajar.integrator, scene.ajar.samples = "auto", 32
     scene.render.resolution_percentage = 25
     if any(is_wanted(f"panel_{name}") for name in ("statistics", "plan")):

@@ -180,15 +180,17 @@ TEST(ImagePlan, goals_sum_to_the_budget_and_keep_a_minimum_for_any_division_into
   const Toy toy = [](int x, int y, uint32_t index) {
     return (x < 5 ? 10.0f : 0.1f) * random_number(3, x, y, index) + 1.0f;
   };
-  Film film(0, 0, 21, 17, {"Combined"}), other(0, 0, 21, 17, {"Combined"});
-  ImagePlan plan(ErrorMeasure::Relative, 4, 1), other_plan(ErrorMeasure::Relative, 4, 1);
-  follow_plan(plan, film, 75, toy);
-  follow_plan(other_plan, other, 75, toy, {1, 2, 3, 5, 7, 11, 30, 50, 70, 71, 72, 73, 74});
-  EXPECT_EQ(film.goals(), other.goals());
-  EXPECT_DOUBLE_EQ(film.sample_counts().mean, 75.0);
-  EXPECT_GE(film.sample_counts().min, 16u);
-  EXPECT_GT(film.sample_counts().max, 150u);
-  EXPECT_EQ(film.resolve("Combined", 1.0f), other.resolve("Combined", 1.0f));
+  for (const auto& [width, height] : {std::pair(21, 17), std::pair(151, 130)}) {
+    Film film(0, 0, width, height, {"Combined"}), other(0, 0, width, height, {"Combined"});
+    ImagePlan plan(ErrorMeasure::Relative, 4, 1), other_plan(ErrorMeasure::Relative, 4, 1);
+    follow_plan(plan, film, 75, toy);
+    follow_plan(other_plan, other, 75, toy, {1, 2, 3, 5, 7, 11, 30, 50, 70, 71, 72, 73, 74});
+    EXPECT_EQ(film.goals(), other.goals());
+    EXPECT_DOUBLE_EQ(film.sample_counts().mean, 75.0);
+    EXPECT_GE(film.sample_counts().min, 16u);
+    EXPECT_GT(film.sample_counts().max, 150u);
+    EXPECT_EQ(film.resolve("Combined", 1.0f), other.resolve("Combined", 1.0f));
+  }
 }
 
 TEST(ImagePlan, error_falls_as_predicted_for_noise_in_a_corner) {
