@@ -139,7 +139,8 @@ def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, load:
 
 
 class CyclesRenders:
-    """Cycles of a wheel at given CPU times: the number of samples follows from short trials, and from the time of a first render. `options`: `guiding`, `adaptive` of render_cycles."""
+    """Cycles of a wheel at given CPU times, without its preparation: the number of samples follows from short trials, and from the time of a first render.
+    `options`: `guiding`, `adaptive` of render_cycles."""
 
     def __init__(self, scene: Scene, folder: Path, wheel: str, threads: int, options: dict[str, bool]) -> None:
         self.scene, self.folder, self.wheel, self.threads, self.options = scene, folder, wheel, threads, options
@@ -147,37 +148,47 @@ class CyclesRenders:
         clean = renderers.render_cycles(scene.path, folder, [1], [99], threads, scene.percentage, python=wheel, **options)[0]
         self.per_sample = max(1e-4, (some.statistics["cpu_seconds"] - few.statistics["cpu_seconds"]) / 32)
         self.denoising = max(0.0, few.statistics["cpu_seconds"] - clean.statistics["cpu_seconds"])
+        self.preparing = max(0.0, clean.statistics["cpu_seconds"] - self.per_sample)
 
     def _render(self, samples: int, seed: int) -> renderers.Render:
         return renderers.render_cycles(self.scene.path, self.folder, [samples], [seed], self.threads, self.scene.percentage, python=self.wheel,
                                        denoise=True, **self.options)[0]
 
     def reference(self, cpu: float) -> Reference:
-        """Two renders without denoising."""
+        """Two renders without denoising, kept until the .blend changes."""
+        kept, key = self.folder / "reference.npz", f"{file_key(self.scene)}, {self.wheel}"
+        if kept.exists() and str((data := np.load(kept))["key"]) == key and float(data["seconds"]) >= cpu:
+            return Reference(data["mean"], data["variance"])
         samples = max(1, round(0.5 * cpu / self.per_sample))
         done = renderers.render_cycles(self.scene.path, self.folder / "reference", [samples], [5, 6], self.threads, self.scene.percentage,
                                        python=self.wheel, **self.options)
-        return Reference(*agreement.mean_and_variance([render.image().astype(np.float64) for render in done]))
+        mean, variance = agreement.mean_and_variance([render.image().astype(np.float64) for render in done])
+        np.savez_compressed(kept, mean=mean, variance=variance, key=key, seconds=cpu)
+        return Reference(mean, variance)
 
     def picture(self, cpu: float, seed: int) -> Picture:
         expected = samples = max(1, round((cpu - self.denoising) / self.per_sample))
         done = self._render(samples, seed)
         # With adaptive sampling, pixels stop at Blender's default threshold: more samples take little more time.
         for _ in range(TRIALS):
-            used = done.statistics["cpu_seconds"]
+            used = done.statistics["cpu_seconds"] - self.preparing
             factor = min(4.0, (cpu - self.denoising) / max(0.01, used - self.denoising))
             wanted = min(MOST_SAMPLES * expected, max(1, round(samples * factor)))
             if ENOUGH * cpu <= used <= cpu / ENOUGH or wanted == samples:
                 break
             samples = wanted
             done = self._render(samples, seed)
-        return Picture(None, done.image().astype(np.float64), done.statistics["cpu_seconds"], samples, "Cycles")
+        return Picture(None, done.image().astype(np.float64), done.statistics["cpu_seconds"] - self.preparing, samples, "Cycles")
+
+
+def file_key(scene: Scene) -> str:
+    return f"{hashlib.sha256(scene.path.read_bytes()).hexdigest()} at {scene.percentage} %"
 
 
 def reference_of(scene: Scene, scene_file: Path, options: argparse.Namespace) -> Reference:
     kept, seconds, threads = scene_file.parent / "reference.npz", options.reference_seconds, options.threads
     exporter = f", exported by {options.wheel}" if options.extension else ""
-    key = f"{hashlib.sha256(scene.path.read_bytes()).hexdigest()} at {scene.percentage} %{exporter}"
+    key = file_key(scene) + exporter
     if kept.exists():
         data = np.load(kept)
         if str(data["key"]) == key and float(data["seconds"]) >= seconds:

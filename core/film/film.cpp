@@ -141,7 +141,8 @@ uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool spla
 uint64_t Film::memory_bytes() const {
   uint64_t bytes = pixels_.size() * sizeof(Pixel) + aux_.size() * sizeof(AuxPixel) +
                    guides_.size() * sizeof(GuidePixel) + parts_.size() * sizeof(PartsPixel) +
-                   goals_.size() * sizeof(uint32_t) + caught_.memory_bytes() + extra_.memory_bytes() + lost_bytes();
+                   goals_.size() * sizeof(uint32_t) + caught_.memory_bytes() + extra_.memory_bytes() +
+                   early_.memory_bytes() + lost_bytes();
   if (splats_) bytes += splat_count() * sizeof(SplatPixel);
   for (const PendingSplats& pending : pending_) bytes += pending.pixels ? splat_count() * sizeof(PendingPixel) : 0;
   for (const Remembered& one : remembered_)

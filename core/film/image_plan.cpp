@@ -61,7 +61,7 @@ std::vector<Noise> noise_of_first(EarlySamples& early, size_t pixels, uint32_t c
     const EarlySamples::Moments& m = early.first(i);
     noise[i].mean = m.sum / float(count);
     noise[i].variance = std::max(0.0f, m.sum_squared - m.sum * noise[i].mean) / float(count - 1);
-    noise[i].cost = kCostOfSample + m.rays / float(count);
+    noise[i].cost = kCostOfSample + early.mean_rays(i, count);
   }
   return noise;
 }

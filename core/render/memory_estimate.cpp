@@ -187,6 +187,8 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
   if (integrator.stores_records) records.bytes = pixels / 4 * IrradianceRecords::kBytesPerRecord;
   film.bytes = pixels * Film::bytes_per_pixel(s.passes, integrator.splats);
   if (integrator.takes_further_samples) film.bytes += pixels * FurtherSamples::bytes_per_pixel();
+  if (s.image == ImageSampling::PmcIp && make_integrator(s.integrator)->goal_support().follows)
+    film.bytes += pixels * (sizeof(uint32_t) + EarlySamples::kMaxBytesPerPixel);  // the goal of each pixel
   if (measures_important_light(d))
     film.bytes += pixels * (Film::bytes_per_pixel({"Combined"}, false) + 4 * sizeof(Vec2));
   MemoryEstimate estimate{{geometry, instances, textures, volumes, photons, guide, records, film}};

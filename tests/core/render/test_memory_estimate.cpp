@@ -234,7 +234,20 @@ TEST(MemoryEstimate, of_the_film_includes_the_pilot_of_important_light) {
   EXPECT_GE(part(estimate_memory(d), "the picture").bytes,
             before + 64 * 64 * Film::bytes_per_pixel({"Combined"}, false));
   d.settings.image = ImageSampling::Uniform;
-  EXPECT_EQ(part(estimate_memory(d), "the picture").bytes, before);
+  const uint64_t uniform = part(estimate_memory(d), "the picture").bytes;
+  d.lights[0].light_importance = 1.0f;
+  EXPECT_EQ(part(estimate_memory(d), "the picture").bytes, uniform);
+  EXPECT_GE(before, uniform + 64 * 64 * EarlySamples::kMaxBytesPerPixel);
+}
+
+TEST(MemoryEstimate, of_the_film_includes_the_moments_of_adaptive_sampling) {
+  SceneDescription d = lit(64);
+  add_object(d, plane(0.3f), add_diffuse(d, Color(0.5f)));
+  d.settings.image = ImageSampling::PmcIp;
+  for (const int samples : {1, 64, 256}) {
+    d.settings.samples = samples;
+    EXPECT_GE(double(part(estimate_memory(d), "the picture").bytes), rendered(d)["film_bytes"]) << samples;
+  }
 }
 
 TEST(MemoryEstimate, of_photons_is_at_least_the_memory_of_their_maps) {
