@@ -269,13 +269,13 @@ struct LambdaBounds {
   uint64_t at_low, at_high;
 };
 
-/// Moves the bounds together until `low` needs nearly the wanted number of samples, by secant and bisection steps in
-/// turn. `total(lambda)` is the number that is needed.
+/// Moves the bounds together until `low` needs the wanted number of samples or no number lies between them, by secant
+/// and bisection steps in turn. Then the goals of more samples are nowhere lower. `total(lambda)` is the number needed.
 template <class Total>
-void narrow(LambdaBounds& b, uint64_t wanted, uint64_t tolerance, Total&& total) {
+void narrow(LambdaBounds& b, uint64_t wanted, Total&& total) {
   while (b.at_high < wanted && b.high < 1e30f)
     b.low = b.high, b.at_low = b.at_high, b.high *= 2.0f, b.at_high = total(b.high);
-  for (bool secant = true; b.at_low + tolerance < wanted; secant = !secant) {
+  for (bool secant = true; b.at_low < wanted; secant = !secant) {
     const float part = secant ? std::clamp(float(wanted - b.at_low) / float(b.at_high - b.at_low), 0.02f, 0.98f) : 0.5f;
     const float middle = b.low + part * (b.high - b.low);
     if (!(middle > b.low && middle < b.high)) break;
@@ -307,16 +307,15 @@ LambdaBounds bounds_of_lambda(const std::vector<Place>& places, uint32_t samples
   const size_t step = places.size() / kFewPlaces | 1;
   const float middle = float(double(samples) * double(places.size()) / sum_of_shares);
   LambdaBounds b{0.0f, middle, total(0.0f, step), total(middle, step)};
-  narrow(b, uint64_t(samples) * ((places.size() + step - 1) / step), 0,
-         [&](float lambda) { return total(lambda, step); });
+  narrow(b, uint64_t(samples) * ((places.size() + step - 1) / step), [&](float lambda) { return total(lambda, step); });
   if (step == 1) return b;
-  constexpr float kNear = 0.02f;
+  constexpr float kNear = 0.01f;
   const uint64_t wanted = uint64_t(samples) * places.size();
   LambdaBounds all{b.low * (1.0f - kNear), b.high * (1.0f + kNear), 0, 0};
   all.at_low = total(all.low, 1);
   all.at_high = total(all.high, 1);
   if (all.at_low > wanted) all.low = 0.0f, all.at_low = total(0.0f, 1);
-  narrow(all, wanted, wanted / kFewPlaces, [&](float lambda) { return total(lambda, 1); });
+  narrow(all, wanted, [&](float lambda) { return total(lambda, 1); });
   return all;
 }
 
