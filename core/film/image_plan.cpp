@@ -1,9 +1,11 @@
 #include "film/image_plan.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -269,12 +271,17 @@ struct LambdaBounds {
   uint64_t at_low, at_high;
 };
 
+/// Moves the bounds up until `high` needs the wanted number of samples.
+template <class Total>
+void raise(LambdaBounds& b, uint64_t wanted, Total&& total) {
+  while (b.at_high < wanted && b.high < 1e30f)
+    b.low = b.high, b.at_low = b.at_high, b.high *= 2.0f, b.at_high = total(b.high);
+}
+
 /// Moves the bounds together until `low` needs the wanted number of samples or no number lies between them, by secant
 /// and bisection steps in turn. Then the goals of more samples are nowhere lower. `total(lambda)` is the number needed.
 template <class Total>
 void narrow(LambdaBounds& b, uint64_t wanted, Total&& total) {
-  while (b.at_high < wanted && b.high < 1e30f)
-    b.low = b.high, b.at_low = b.at_high, b.high *= 2.0f, b.at_high = total(b.high);
   for (bool secant = true; b.at_low < wanted; secant = !secant) {
     const float part = secant ? std::clamp(float(wanted - b.at_low) / float(b.at_high - b.at_low), 0.02f, 0.98f) : 0.5f;
     const float middle = b.low + part * (b.high - b.low);
@@ -287,36 +294,43 @@ void narrow(LambdaBounds& b, uint64_t wanted, Total&& total) {
   }
 }
 
-/// Bounds of the lambda that needs `samples` for each place on average. Every `kFewPlaces`th part of the places is
-/// counted first, and then all of them near that result.
+/// Bounds of the lambda that needs `samples` for each place on average. A part of the places is counted first, then all
+/// of them near that result, and then those whose count is still open.
 template <class Count>
 LambdaBounds bounds_of_lambda(const std::vector<Place>& places, uint32_t samples, double sum_of_shares,
                               const Count& count) {
   constexpr size_t kFewPlaces = 4096;
-  const auto total = [&](float lambda, size_t step) {
-    const size_t chosen = (places.size() + step - 1) / step;
+  constexpr float kNear = 0.01f;
+  const auto sum = [&](const std::vector<Place>& of, float lambda, size_t step = 1) {
     return tbb::parallel_reduce(
-        tbb::blocked_range<size_t>(0, chosen, 4096), uint64_t(0),
-        [&](const tbb::blocked_range<size_t>& range, uint64_t sum) {
-          for (size_t i = range.begin(); i != range.end(); ++i) sum += count(places[i * step], lambda);
-          return sum;
+        tbb::blocked_range<size_t>(0, (of.size() + step - 1) / step, 4096), uint64_t(0),
+        [&](const tbb::blocked_range<size_t>& range, uint64_t so_far) {
+          for (size_t i = range.begin(); i != range.end(); ++i) so_far += count(of[i * step], lambda);
+          return so_far;
         },
         std::plus<>());
   };
   // An odd step, so that the chosen places are not all in the same columns.
   const size_t step = places.size() / kFewPlaces | 1;
   const float middle = float(double(samples) * double(places.size()) / sum_of_shares);
-  LambdaBounds b{0.0f, middle, total(0.0f, step), total(middle, step)};
-  narrow(b, uint64_t(samples) * ((places.size() + step - 1) / step), [&](float lambda) { return total(lambda, step); });
+  const auto of_few = [&](float lambda) { return sum(places, lambda, step); };
+  LambdaBounds b{0.0f, middle, of_few(0.0f), of_few(middle)};
+  const uint64_t wanted_of_few = uint64_t(samples) * ((places.size() + step - 1) / step);
+  raise(b, wanted_of_few, of_few);
+  narrow(b, wanted_of_few, of_few);
   if (step == 1) return b;
-  constexpr float kNear = 0.01f;
+  const auto of_all = [&](float lambda) { return sum(places, lambda); };
   const uint64_t wanted = uint64_t(samples) * places.size();
-  LambdaBounds all{b.low * (1.0f - kNear), b.high * (1.0f + kNear), 0, 0};
-  all.at_low = total(all.low, 1);
-  all.at_high = total(all.high, 1);
-  if (all.at_low > wanted) all.low = 0.0f, all.at_low = total(0.0f, 1);
-  narrow(all, wanted, [&](float lambda) { return total(lambda, 1); });
-  return all;
+  b.low *= 1.0f - kNear, b.high *= 1.0f + kNear;
+  b.at_low = of_all(b.low), b.at_high = of_all(b.high);
+  if (b.at_low > wanted) b.low = 0.0f, b.at_low = of_all(0.0f);
+  raise(b, wanted, of_all);
+  std::vector<Place> open;
+  std::copy_if(places.begin(), places.end(), std::back_inserter(open),
+               [&](const Place& p) { return count(p, b.low) != count(p, b.high); });
+  const uint64_t others = b.at_low - sum(open, b.low);
+  narrow(b, wanted, [&](float lambda) { return others + sum(open, lambda); });
+  return b;
 }
 
 }  // namespace
