@@ -30,9 +30,9 @@ SAMPLES = (1, 3)
 
 
 def count(program: Path, scene: Path, samples: int, folder: Path) -> int:
-    """Instructions of a render by path tracing."""
+    """Instructions of a render by path tracing, without the search for goals of adaptive sampling, which three samples cannot pay for."""
     command = ["valgrind", "--tool=cachegrind", "--cache-sim=no", f"--cachegrind-out-file={folder / 'cachegrind.out'}", str(program), str(scene),
-               str(folder / "check.exr"), "--integrator", "path", "--samples", str(samples), "--seed", "1", "--threads", "1"]
+               str(folder / "check.exr"), "--integrator", "path", "--image", "uniform", "--samples", str(samples), "--seed", "1", "--threads", "1"]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     found = re.search(r"I\s+refs:\s+([\d,]+)", result.stderr)
     if result.returncode != 0 or found is None:
