@@ -22,6 +22,7 @@ import os
 import statistics
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,7 +37,7 @@ from scenes import PROJECT, Scene, find_scenes
 # The technique of a reference: the one that converges fastest. Vertex merging is on where it has caustics in mirrors.
 REFERENCES = {"kitchen": "bdpt", "room": "erpt", "rooms": "erpt", "lantern": "erpt", "bar": "erpt", "keyhole": "erpt", "box": "bdpt"}
 REPLICATES = 10
-TRIALS = 4          # of a render that got less CPU time than it should
+TRIALS = 4          # of a render that got another CPU time than it should
 ENOUGH = 0.93       # of the CPU time
 CHOICE = "Choosing a technique"   # the step after the build
 ENDLESS = 1 << 20   # samples; the time stops the render
@@ -156,15 +157,12 @@ class CyclesRenders:
 
     def reference(self, cpu: float) -> Reference:
         """Two renders without denoising, kept until the .blend changes."""
-        kept, key = self.folder / "reference.npz", f"{file_key(self.scene)}, {self.wheel}"
-        if kept.exists() and str((data := np.load(kept))["key"]) == key and float(data["seconds"]) >= cpu:
-            return Reference(data["mean"], data["variance"])
-        samples = max(1, round(0.5 * cpu / self.per_sample))
-        done = renderers.render_cycles(self.scene.path, self.folder / "reference", [samples], [5, 6], self.threads, self.scene.percentage,
-                                       python=self.wheel, **self.options)
-        mean, variance = agreement.mean_and_variance([render.image().astype(np.float64) for render in done])
-        np.savez_compressed(kept, mean=mean, variance=variance, key=key, seconds=cpu)
-        return Reference(mean, variance)
+        def replicates() -> list[np.ndarray]:
+            samples = max(1, round(0.5 * cpu / self.per_sample))
+            return [done.image().astype(np.float64) for done in
+                    renderers.render_cycles(self.scene.path, self.folder / "reference", [samples], [5, 6], self.threads, self.scene.percentage,
+                                            python=self.wheel, **self.options)]
+        return kept_reference(self.folder / "reference.npz", f"{file_key(self.scene)}, {self.wheel}", cpu, replicates)
 
     def picture(self, cpu: float, seed: int) -> Picture:
         expected = samples = max(1, round((cpu - self.denoising) / self.per_sample))
@@ -185,21 +183,27 @@ def file_key(scene: Scene) -> str:
     return f"{hashlib.sha256(scene.path.read_bytes()).hexdigest()} at {scene.percentage} %"
 
 
-def reference_of(scene: Scene, scene_file: Path, options: argparse.Namespace) -> Reference:
-    kept, seconds, threads = scene_file.parent / "reference.npz", options.reference_seconds, options.threads
-    exporter = f", exported by {options.wheel}" if options.extension else ""
-    key = file_key(scene) + exporter
-    if kept.exists():
-        data = np.load(kept)
+def kept_reference(file: Path, key: str, seconds: float, replicates: Callable[[], list[np.ndarray]]) -> Reference:
+    """The reference in the file if that has the key and took at least these seconds; else the mean of replicates, which is stored there."""
+    if file.exists():
+        data = np.load(file)
         if str(data["key"]) == key and float(data["seconds"]) >= seconds:
             return Reference(data["mean"].astype(np.float64), data["variance"].astype(np.float64))
+    mean, variance = agreement.mean_and_variance(replicates())
+    np.savez_compressed(file, mean=mean.astype(np.float32), variance=variance.astype(np.float32), key=key, seconds=seconds)
+    return Reference(mean, variance)
+
+
+def reference_of(scene: Scene, scene_file: Path, options: argparse.Namespace) -> Reference:
+    seconds, threads = options.reference_seconds, options.threads
+    exporter = f", exported by {options.wheel}" if options.extension else ""
     integrator = REFERENCES.get(scene.name, "path")
     load = Load(threads)
-    replicates = [whole_render(scene_file, integrator, seconds * threads / REPLICATES, 5000 + i, load, denoised=False)[0]["Combined"][..., :3]
-                  for i in range(REPLICATES)]
-    mean, variance = agreement.mean_and_variance(replicates)
-    np.savez_compressed(kept, mean=mean.astype(np.float32), variance=variance.astype(np.float32), key=key, seconds=seconds)
-    return Reference(mean, variance)
+
+    def replicates() -> list[np.ndarray]:
+        return [whole_render(scene_file, integrator, seconds * threads / REPLICATES, 5000 + i, load, denoised=False)[0]["Combined"][..., :3]
+                for i in range(REPLICATES)]
+    return kept_reference(scene_file.parent / "reference.npz", file_key(scene) + exporter, seconds, replicates)
 
 
 def measures(image: np.ndarray, reference: Reference) -> dict[str, float]:
@@ -292,7 +296,7 @@ def page(results: dict) -> str:
               + ("The wheel exports the scenes, so that both engines have the materials of its Blender. " if results["exported_by_wheel"] else
                  "Blender 3.4 exports the scenes. Newer versions of Cycles shade some materials differently. ")
               + "Cycles has its own reference (not denoised) in scenes where it converges: all but the hard ones. A render ends by its CPU time, so that other work of the "
-              "machine does not shorten it. Cycles is rendered again with another number of samples until its *CPU s* differ from T by at most 7 %. *noisy* is the error before denoising. *energy* is the mean of "
+              "machine does not shorten it. Cycles is rendered again with another number of samples, up to four times, until its *CPU s* differ from T by at most 7 %. *noisy* is the error before denoising. *energy* is the mean of "
               "the picture over that of the reference, *worst part* the largest relative error of the mean of a sixteenth of the picture, *worst block* that of "
               "the relMSE of a block of 16 × 16 pixels. *flicker* is the variance of a pixel over the seeds, relative as the error: that of the frames of an animation "
               "without movement. *SSIM* is the structural similarity of the sRGB luminance.", "", "## Machine", ""]

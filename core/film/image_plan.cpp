@@ -129,7 +129,7 @@ class ShareSearch {
     float mean = 0.0f, variance = 0.0f;  ///< over the widest reach
     float cost = 1.0f;
     float unit = -1.0f, share = 1.0f;  ///< unit: negative if there is no prediction
-    /// Number of samples per unit of time that minimises the sum of the errors.
+    /// Counts in proportion to the share minimise the sum of the errors in a given time.
     void set_share(float noise, float time) { share = std::pow(noise / (unit * time), kExponent); }
   };
 

@@ -20,21 +20,27 @@ const std::atomic<bool> kGoOn{false};
 /// Luminance of sample `index` of a pixel.
 using Toy = std::function<float(int x, int y, uint32_t index)>;
 
-void add_missing_samples(Film& film, uint32_t uniform, const Toy& toy) {
+/// Rays of each sample in column x.
+using Rays = std::function<uint32_t(int x)>;
+
+void add_missing_samples(Film& film, uint32_t uniform, const Toy& toy, const Rays& rays = {}) {
   for (int y = 0; y < film.height(); ++y)
     for (int x = 0; x < film.width(); ++x)
-      for (uint32_t index = film.samples_of(x, y); index < film.goal_of(x, y, uniform); ++index)
+      for (uint32_t index = film.samples_of(x, y); index < film.goal_of(x, y, uniform); ++index) {
         film.add_sample(x, y, Color(toy(x, y, index)), 1.0f, nullptr);
+        if (rays) film.add_rays(x, y, rays(x));
+      }
 }
 
 /// Renders until the average pixel has `samples` samples. Iterations end where the plan decides and at `stops`.
-void follow_plan(ImagePlan& plan, Film& film, uint32_t samples, const Toy& toy, std::vector<uint32_t> stops = {}) {
+void follow_plan(ImagePlan& plan, Film& film, uint32_t samples, const Toy& toy, std::vector<uint32_t> stops = {},
+                 const Rays& rays = {}) {
   for (uint32_t done = 0; done < samples;) {
     uint32_t next = std::min(samples, plan.next_decision(done));
     for (uint32_t stop : stops)
       if (stop > done) next = std::min(next, stop);
     plan.plan(film, next);
-    add_missing_samples(film, next, toy);
+    add_missing_samples(film, next, toy, rays);
     done = next;
   }
 }
@@ -252,17 +258,7 @@ TEST(ImagePlan, costly_samples_get_fewer_and_equal_counts_stay_where_they_are_be
       };
       Film film(0, 0, 48, 48, {"Combined"});
       ImagePlan plan(ErrorMeasure::Relative, 8, seed);
-      for (uint32_t done = 0; done < 64;) {
-        const uint32_t next = std::min(64u, plan.next_decision(done));
-        plan.plan(film, next);
-        for (int y = 0; y < 48; ++y)
-          for (int x = 0; x < 48; ++x)
-            for (uint32_t index = film.samples_of(x, y); index < film.goal_of(x, y, next); ++index) {
-              film.add_sample(x, y, Color(value(x, y, index)), 1.0f, nullptr);
-              film.add_rays(x, y, rays(x));
-            }
-        done = next;
-      }
+      follow_plan(plan, film, 64, value, {}, rays);
       double sum[2] = {0.0, 0.0};
       for (size_t i = 0; i < film.goals().size(); ++i) sum[i % 48 >= 24] += double(film.goals()[i]);
       if (noisy_left)
