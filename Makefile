@@ -16,7 +16,7 @@ PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all windows-test windows-extension release farm-test extension compat coverage manual pictures newest profile render lint test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
+.PHONY: all windows-test windows-extension release farm-test extension compat coverage manual pictures newest profile render lint test fuzz sanitize bench-check agreement bench bench-full clean-picture bench_program timing setup build install clean
 all: build
 
 setup:
@@ -109,6 +109,12 @@ bench-full: bench_program
 	@/usr/bin/python3 benchmarks/bench.py --full --build $(BUILD) $(WHEEL:%=--wheel %)
 	@/usr/bin/python3 benchmarks/techniques.py --seconds 30 --reference-seconds 1800 --build $(BUILD) $(WHEEL:%=--wheel %)
 	@/usr/bin/python3 benchmarks/thesis.py --build $(BUILD)
+	@$(MAKE) clean-picture
+
+# How long an artist waits for a clean picture, beside Cycles of the newest wheel: docs/benchmarks/clean_picture.md.
+clean-picture: extension
+	@tools/setup.sh bench
+	@/usr/bin/python3 benchmarks/clean_picture.py
 
 # Scene files and shader graphs made to break things, for so many seconds each. What breaks is left in build/fuzz.
 FUZZ_SECONDS ?= 60

@@ -18,45 +18,58 @@ from .ajar_module import ajar
 from .translations import report
 
 NEEDED = (*(guide.name for guide in passes.GUIDES), passes.HALVES)   # passes of the core
-CALIBRATION_SIDE = 256   # pixels
+CALIBRATION_SIDE = 64   # pixels
+LEARNED_PIXELS = 128**2  # of an image whose time tells that of others
+_seconds_per_pixel: dict[tuple[ajar.DenoiseQuality, int], float] = {}   # by quality and threads
 
 
 def is_available() -> bool:
     return ajar.denoiser.load()
 
 
-def expected_seconds(pixels: int, render_seconds: float, threads: int) -> float:
-    """The expected time to denoise the image of a render that takes this time. Small images are denoised to measure it."""
-    cores = threads or os.cpu_count() or 1
-    quality = ajar.denoiser.quality_for(cores * render_seconds / ajar.denoiser.SECONDS_PER_RAY, pixels)
-    image = np.zeros((CALIBRATION_SIDE, CALIBRATION_SIDE, 6), dtype=np.float32)
+def quality_within(pixels: int, limit: float, threads: int) -> ajar.DenoiseQuality:
+    """The quality for a render whose time limit in seconds includes denoising: a better one would take more from the samples than it gives."""
+    return ajar.denoiser.quality_for((threads or os.cpu_count() or 1) * limit / ajar.denoiser.SECONDS_PER_RAY, pixels, 0.0)
 
-    def seconds_of(side: int) -> float:
-        started = time.monotonic()
-        ajar.denoise(image[:side, :side, :3], image[:side, :side], image[:side, :side, :3], image[:side, :side, :3], quality, threads)
-        return time.monotonic() - started
-    seconds_of(CALIBRATION_SIDE // 4)   # starts the library's threads
-    return seconds_of(CALIBRATION_SIDE) * max(1.0, pixels / CALIBRATION_SIDE**2)
+
+def expected_seconds(pixels: int, quality: ajar.DenoiseQuality, threads: int) -> float:
+    """The expected time to denoise an image: that of earlier images in this process. Before the first one, small noisy images are denoised to measure it."""
+    threads = threads or os.cpu_count() or 1
+    if (quality, threads) not in _seconds_per_pixel:
+        noise = np.random.default_rng(1).random((CALIBRATION_SIDE, CALIBRATION_SIDE, 6), dtype=np.float32)
+
+        def seconds_of(side: int) -> float:
+            image = np.ascontiguousarray(noise[:side, :side])
+            started = time.monotonic()
+            ajar.denoise(image[..., :3], image, image[..., :3], image[..., :3], quality, threads)
+            return time.monotonic() - started
+        small = CALIBRATION_SIDE // 4
+        seconds_of(small)   # starts the library's threads
+        fixed = seconds_of(small)
+        _seconds_per_pixel[quality, threads] = max(0.0, seconds_of(CALIBRATION_SIDE) - fixed) / (CALIBRATION_SIDE**2 - small**2)
+    return pixels * _seconds_per_pixel[quality, threads]
 
 
 class Background:
     """Denoises one image in its own thread."""
 
-    def __init__(self, pictures: dict[str, np.ndarray], rays: float, threads: int = 0) -> None:
+    def __init__(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int = 0) -> None:
         """Start to denoise the pass Combined of `pictures`, [height, width, 4]; its alpha is not changed. With the passes `NEEDED`, the result is
-        consistent. rays: the number that the render took."""
+        consistent."""
         self._cancellation = ajar.Cancellation()
         self._result: tuple[np.ndarray, np.ndarray | None] | None = None
         self._error = ""
-        self._thread = threading.Thread(target=self._work, args=(pictures, rays, threads), daemon=True)
+        self._thread = threading.Thread(target=self._work, args=(pictures, quality, threads), daemon=True)
         self._thread.start()
 
-    def _work(self, pictures: dict[str, np.ndarray], rays: float, threads: int) -> None:
+    def _work(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int) -> None:
         color = pictures[passes.COMBINED.name]
         albedo, normal, halves = (pictures.get(name) for name in NEEDED)
-        quality = ajar.denoiser.quality_for(rays, color.shape[0] * color.shape[1])
+        started, pixels = time.monotonic(), color.shape[0] * color.shape[1]
         try:
             self._result = ajar.denoise(color, halves, albedo, normal, quality, threads, self._cancellation)
+            if self._result is not None and pixels >= LEARNED_PIXELS:
+                _seconds_per_pixel[quality, threads or os.cpu_count() or 1] = (time.monotonic() - started) / pixels
         except RuntimeError as error:
             self._error = str(error)
 

@@ -31,6 +31,7 @@ FIRST_IMAGE_SECONDS, IMAGE_SECONDS = 0.5, 2.0  # until the first image is shown,
 CHECKPOINT_SECONDS = 30.0   # between two checkpoints that the command line requests
 FIRST_CHECKPOINT_SECONDS = 5.0
 PAUSED_POLL_SECONDS = 0.3
+USED_SHARE = 0.5            # of a time limit: a render that ends before was ended by its samples or its noise target
 NAME = "Ajar"
 
 
@@ -43,6 +44,13 @@ class Rendered(NamedTuple):
 
     scene: bpy.types.Scene
     view_layer: bpy.types.ViewLayer
+
+
+class TimeLimit(NamedTuple):
+    """What a time limit leaves for samples, in seconds, and the quality of denoising for which it was shortened."""
+
+    seconds: float
+    quality: ajar.DenoiseQuality
 
 
 class AjarRenderEngine(bpy.types.RenderEngine):
@@ -62,6 +70,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     _view = ""                  # the view that is rendered, with stereoscopy
     _share = (0.0, 1.0)         # of the progress: before this view, and of this view
     _is_last_view = True
+    _limit: TimeLimit | None = None   # of the present render, if it is denoised
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         if self.viewport is None:
@@ -148,9 +157,12 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         if asks_to_denoise and not denoises:
             self.report({"WARNING"}, report("{name}: the picture is not denoised: {reason}", name=scene.name, reason=ajar.denoiser.reason()))
         settings = exported.description.settings
+        self._limit = None
         if denoises and settings.seconds > 0.0:   # the time limit includes denoising
-            expected = denoise.expected_seconds(settings.width * settings.height, settings.seconds, settings.threads)
-            settings.seconds = max(0.5 * settings.seconds, settings.seconds - expected)
+            pixels = settings.width * settings.height
+            quality = denoise.quality_within(pixels, settings.seconds, settings.threads)
+            settings.seconds = max(0.5 * settings.seconds, settings.seconds - denoise.expected_seconds(pixels, quality, settings.threads))
+            self._limit = TimeLimit(settings.seconds, quality)
         if options.dump_scene is not None:
             path = headless.of_frame(options.dump_scene, scene.frame_current)
             ajar.save_description(exported.description, self._of_view(path))
@@ -287,7 +299,11 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         started = time.monotonic()
         pictures = {name: session.snapshot(name) for name in (passes.COMBINED.name, *denoise.NEEDED)}
         image = noisy = pictures[passes.COMBINED.name]
-        work = denoise.Background(pictures, statistics["rays"], statistics["threads"])
+        if self._limit is not None and statistics["render_seconds"] + statistics["pilot_seconds"] >= USED_SHARE * self._limit.seconds:
+            quality = self._limit.quality
+        else:
+            quality = ajar.denoiser.quality_for(statistics["rays"], image.shape[0] * image.shape[1])
+        work = denoise.Background(pictures, quality, statistics["threads"])
         while not work.wait(POLL_SECONDS):
             if is_cancelled():
                 work.cancel()

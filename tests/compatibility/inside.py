@@ -4,8 +4,8 @@
     blender -b --factory-startup --python inside.py -- JOB.json
 
 With "panels" in the job, out/panels.json contains what Properties shows with Cycles and with Ajar.
-The job: {"zip", "out", "renders": [{"blend", "engine", "samples", "seed", "percentage", "denoise"}]}, where "denoise" is "", "library" or
-"compositor". Writes out/<number>.npy, linear RGBA from the bottom up, and out/result.json. Every use of a deprecated function of the API is an error.
+The job: {"zip", "out", "renders": [{"blend", "engine", "samples", "seed", "percentage", "denoise", "time_limit"}]}, where "denoise" is "", "library" or
+"compositor", and the last two can be omitted. Writes out/<number>.npy, linear RGBA from the bottom up, and out/result.json. Every use of a deprecated function of the API is an error.
 Ends by os._exit: Blender's own clean-up is not tested, and its exit code would be 0 after an exception.
 """
 
@@ -15,6 +15,7 @@ import argparse
 import json
 import os
 import sys
+import time
 import traceback
 import warnings
 from pathlib import Path
@@ -52,7 +53,7 @@ def render(job: dict, path: Path) -> np.ndarray:
     denoise = job.get("denoise", "")
     if job["engine"] == "AJAR":
         settings.integrator = "path"
-        settings.use_denoise = denoise == "library"
+        settings.use_denoise, settings.time_limit = denoise == "library", job.get("time_limit", 0.0)
     else:
         settings.use_adaptive_sampling = settings.use_denoising = False
     scene.render.resolution_percentage = job["percentage"]
@@ -90,9 +91,11 @@ def main() -> None:
         ajar = sys.modules[f"{module}.ajar_module"].ajar
         result |= {"module": module, "instruction_set": ajar.instruction_set, "libraries": ajar.library_versions(), "file": ajar._ajar.__file__}
         for number, item in enumerate(job["renders"]):
+            started = time.monotonic()
             pixels = render(item, out / str(number))
+            seconds = time.monotonic() - started
             np.save(out / f"{number}.npy", pixels)
-            result["renders"].append(item | {"mean": pixels[..., :3].mean(axis=(0, 1)).tolist(), "finite": bool(np.isfinite(pixels).all())})
+            result["renders"].append(item | {"seconds": seconds, "mean": pixels[..., :3].mean(axis=(0, 1)).tolist(), "finite": bool(np.isfinite(pixels).all())})
         if job.get("panels"):
             sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "blender" / "panels"))
             import compare

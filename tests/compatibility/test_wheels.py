@@ -6,7 +6,8 @@ import json
 import sys
 from pathlib import Path
 
-import compatibility
+import compatibility  # makes benchmarks importable
+import images
 import numpy as np
 import pytest
 
@@ -98,3 +99,16 @@ def test_denoising_by_the_library_is_not_worse_than_that_of_the_compositor(zips,
     assert error(by_library) < 0.5 * error(noisy)
     assert error(by_library) < 1.1 * error(by_compositor)
     assert not np.array_equal(by_library, by_compositor)
+
+
+def test_a_time_limit_includes_denoising_and_leaves_most_of_it_to_samples(zips, tmp_path):
+    """Also the first render of a process, which does not know yet how long denoising takes."""
+    limit = 4.0
+    job = compatibility.jobs(["checker"], AJAR)[0] | {"samples": 1 << 20, "denoise": "library", "time_limit": limit, "percentage": 60}
+    result = compatibility.run(wheel_or_skip(OFFICIAL, zips[0]), [job, job], tmp_path / "out")
+    assert "error" not in result, result["error"]
+    for number, found in enumerate(result["renders"]):
+        text = images.read_exr_text(tmp_path / "out" / f"{number}.exr")
+        seconds = {name: float(text[f"ajar.ViewLayer.{name}_seconds"]) for name in ("render", "denoise")}
+        assert found["seconds"] < limit + 1.25, (number, found["seconds"], seconds)
+        assert seconds["render"] > 0.68 * limit, (number, found["seconds"], seconds)

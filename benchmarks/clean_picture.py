@@ -1,0 +1,224 @@
+#!/usr/bin/python3
+"""Measures how long an artist waits for a clean picture: wall time of Ajar and Cycles with their defaults, from the start of the process to the saved file.
+
+    benchmarks/clean_picture.py [NAME ...] [--height 1080] [--limit 300] [--reference-seconds 1200] [--write PAGE]
+
+NAME: a scene of test_scenes or a file of ../shared/scenes; without any, all of them. Each render is a process with the bpy wheel of a newer Blender. It
+starts, reads the file, exports, builds, renders with adaptive sampling, denoises and saves (clean_render.py). The settings are those of the file; the time limit
+is doubled until the picture is clean or more than LIMIT seconds. Clean: the mean of the perceptual difference FLIP [Andersson et al. 2020] of the sRGB
+pictures is at most CLEAN. The time is interpolated between the last two renders (log-log).
+
+The reference of an engine is its own denoised picture after REFERENCE_SECONDS, so that different materials do not count as noise. In scenes whose light
+Cycles does not find (`denoised.REFERENCES`), it is Ajar's for both. Results are in build/clean; a scene that has one is measured again if named.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import statistics
+import subprocess
+import sys
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import images
+import machine
+import numpy as np
+import renderers
+from denoised import REFERENCES
+from scenes import PROJECT, SHARED
+
+sys.path.insert(0, str(PROJECT / "tests" / "compatibility"))
+import compatibility
+
+WORK = PROJECT / "build" / "clean"
+INSIDE = Path(__file__).resolve().parent / "clean_render.py"
+ENGINES = {"Ajar": "AJAR", "Cycles": "CYCLES"}
+CLEAN = 0.03
+FIRST_SECONDS = 1.0
+FLIP = "flip-evaluator==1.7"   # NVIDIA's own implementation
+SLOWEST, MEDIAN = 1.25, 0.7    # bars, in times of Cycles
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A render: its time limit, wall and CPU seconds of the process, bytes, and its FLIP."""
+
+    limit: float
+    seconds: float
+    cpu: float
+    memory: int
+    flip: float
+
+
+def files() -> dict[str, Path]:
+    found = {path.stem: path for path in sorted((PROJECT / "test_scenes").glob("*.blend"))}
+    return found | {f"{path.parent.name}_{path.stem}": path for path in sorted(SHARED.rglob("*.blend"))}
+
+
+def import_flip():
+    """The package is installed below the work folder at the first use."""
+    folder = WORK / "python"
+    if not folder.exists():
+        subprocess.run([sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--target", folder, FLIP], check=True)
+    sys.path.insert(0, str(folder))
+    import flip_evaluator
+    return flip_evaluator
+
+
+def flip_of(image: np.ndarray, reference: np.ndarray) -> float:
+    """The mean over the pixels, for the pictures as a display shows them."""
+    shown = [images.srgb_bytes(picture).astype(np.float32) / 255.0 for picture in (reference, image)]
+    return float(import_flip().evaluate(*shown, "LDR", applyMagma=False)[1])
+
+
+class Renders:
+    """Renders of a file in the wheel."""
+
+    def __init__(self, blend: Path, height: int, wheel: compatibility.Blender, folder: Path) -> None:
+        self.blend, self.height, self.python, self.folder = blend, height, wheel.command[0], folder
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def picture(self, engine: str, limit: float, seed: int) -> tuple[np.ndarray, float, dict]:
+        """The picture, the wall seconds of the process, and what it printed."""
+        out = self.folder / f"{engine}.exr"
+        job = {"blend": str(self.blend), "engine": ENGINES[engine], "seconds": limit, "seed": seed, "height": self.height, "out": str(out)}
+        start = time.monotonic()
+        log = renderers.run([self.python, str(INSIDE), json.dumps(job)], f"{engine} on {self.blend.name}",
+                            os.environ | {"BLENDER_USER_RESOURCES": str(WORK / "profile")})
+        seconds = time.monotonic() - start
+        return images.read_exr(out).astype(np.float64), seconds, json.loads(log.split("RESULT ")[1].splitlines()[0])
+
+    def ladder(self, engine: str, reference: np.ndarray, limit: float, seed: int) -> list[Rung]:
+        rungs: list[Rung] = []
+        time_limit = FIRST_SECONDS
+        while time_limit <= limit and (not rungs or rungs[-1].flip > CLEAN):
+            image, seconds, used = self.picture(engine, time_limit, seed)
+            rungs.append(Rung(time_limit, seconds, used["cpu"], used["memory"], flip_of(image, reference)))
+            print(f"{self.blend.stem} {engine} {time_limit:g} s: {seconds:.1f} s, {used['cpu']:.1f} CPU s, FLIP {rungs[-1].flip:.4f}", flush=True)
+            time_limit *= 2.0
+        return rungs
+
+
+def clean_time(rungs: list[Rung], key: str = "seconds") -> float:
+    """Seconds until FLIP is CLEAN; infinite if no render reached it. The first render is the least that an engine takes."""
+    last, before = rungs[-1], rungs[-2] if len(rungs) > 1 else None
+    if last.flip > CLEAN:
+        return math.inf
+    if before is None:
+        return getattr(last, key)
+    part = math.log(before.flip / CLEAN) / math.log(before.flip / max(last.flip, 1e-6))
+    return getattr(before, key) * (getattr(last, key) / getattr(before, key)) ** part
+
+
+def measure(name: str, blend: Path, wheel: compatibility.Blender, options: argparse.Namespace) -> dict:
+    renders = Renders(blend, options.height, wheel, WORK / name)
+    hard = name in REFERENCES
+    references = {}
+    for engine in ("Ajar",) if hard else ENGINES:
+        references[engine] = renders.picture(engine, options.reference_seconds, 99)[0]
+    ladders: dict[str, list[list[Rung]]] = {engine: [] for engine in ENGINES}
+    for seed in range(1, options.repeats + 1):
+        for engine, found in ladders.items():
+            found.append(renders.ladder(engine, references.get(engine, references["Ajar"]), options.limit, seed))
+    return {"name": name, "height": options.height, "limit": options.limit, "hard": hard,
+            "ladders": {engine: [[asdict(rung) for rung in rungs] for rungs in found] for engine, found in ladders.items()}}
+
+
+@dataclass(frozen=True)
+class Times:
+    """Of an engine in a scene: medians over the seeds."""
+
+    clean: float
+    cpu: float
+    least: float     # FLIP of the last render
+    memory: int
+
+
+def times_of(found: dict, engine: str) -> Times:
+    ladders = [[Rung(**rung) for rung in rungs] for rungs in found["ladders"][engine]]
+    middle = statistics.median
+    return Times(middle(map(clean_time, ladders)), middle(clean_time(rungs, "cpu") for rungs in ladders), middle(rungs[-1].flip for rungs in ladders),
+                 max(rung.memory for rungs in ladders for rung in rungs))
+
+
+def ratio(found: dict) -> float:
+    """Time of Ajar over that of Cycles. If only one is clean, the other took at least its last render."""
+    ajar, cycles = (times_of(found, engine).clean for engine in ENGINES)
+    last = {engine: statistics.median(rungs[-1]["seconds"] for rungs in found["ladders"][engine]) for engine in ENGINES}
+    if math.isinf(ajar) and math.isinf(cycles):
+        return float("nan")
+    return min(ajar, last["Ajar"]) / min(cycles, last["Cycles"])
+
+
+def row(found: dict) -> str:
+    ajar, cycles = (times_of(found, engine) for engine in ENGINES)
+    value, sign = ratio(found), "> " if math.isinf(ajar.clean) else "< " if math.isinf(cycles.clean) else ""
+    cells = [f"not in {found['limit']:.0f} s (FLIP {times.least:.3f})" if math.isinf(times.clean) else f"{times.clean:.1f} ({times.cpu:.1f})" for times in (ajar, cycles)]
+    return (f"| {found['name']} | {cells[0]} | {cells[1]} | " + ("–" if math.isnan(value) else f"{sign}{value:.2f}")
+            + f" | {ajar.memory / 2**20:.0f} / {cycles.memory / 2**20:.0f} |")
+
+
+def page(results: list[dict], version: str, options: argparse.Namespace) -> str:
+    ratios = [value for value in map(ratio, results) if not math.isnan(value)] or [float("nan")]
+    described = machine.describe(os.cpu_count() or 1)
+    heights = sorted({found["height"] for found in results})
+    return "\n".join([
+        "# Time to a clean picture", "",
+        f"**Median of the times of Ajar over those of Cycles {version}: {statistics.median(ratios):.2f} (bar {MEDIAN}); {sum(value > SLOWEST for value in ratios)} of "
+        f"{len(ratios)} files take more than {SLOWEST} times as long (bar: none).** A bound counts as a value.", "",
+        "| file | Ajar: s (CPU s) | Cycles: s (CPU s) | ratio | MiB |", "|---" * 5 + "|", *map(row, results), "",
+        "## Method", "",
+        "`benchmarks/clean_picture.py` writes this page; do not edit it. Each render is a process of its own, with the bpy wheel of Blender: it starts, reads the file, "
+        f"exports, builds, renders {' and '.join(map(str, heights))} rows, denoises and saves. The seconds are wall time of that process on {os.cpu_count()} threads. Both engines have the settings of "
+        "the file, and adaptive sampling and denoising as a new scene has them; Ajar's technique is `auto`. The time limit is doubled from "
+        f"{FIRST_SECONDS:g} s on until the mean FLIP [Andersson et al. 2020] of the sRGB picture is at most {CLEAN}, and the time is interpolated. The reference of an engine is "
+        f"its own denoised picture after {options.reference_seconds:g} s; in {', '.join(sorted(REFERENCES))} it is Ajar's for both, because Cycles does not find all of the light.",
+        "", "## Machine", "", *(f"* {key}: {value}" for key, value in described.items())]) + "\n"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*")
+    parser.add_argument("--height", type=int, default=1080, help="rows of the picture")
+    parser.add_argument("--limit", type=float, default=300.0, help="longest time limit of a render, in seconds")
+    parser.add_argument("--reference-seconds", type=float, default=1200.0)
+    parser.add_argument("--repeats", type=int, default=1)
+    parser.add_argument("--wheel", default="5.2.3", choices=compatibility.WHEELS)
+    parser.add_argument("--zip", type=Path, help="the extension; without it, that in out/")
+    parser.add_argument("--write", type=Path, default=PROJECT / "docs" / "benchmarks" / "clean_picture.md", help="the page")
+    options = parser.parse_args()
+    known = files()
+    for name in options.names:
+        if name not in known:
+            parser.error(f"no file '{name}'; there are {', '.join(known)}")
+    wheel = compatibility.wheel(options.wheel, (options.zip or compatibility.zips()[0]).resolve())
+    WORK.mkdir(parents=True, exist_ok=True)
+    renderers.run([wheel.command[0], "-c", INSTALL, str(wheel.zip)], "the installation", os.environ | {"BLENDER_USER_RESOURCES": str(WORK / "profile")})
+    kept_file = WORK / "results.json"
+    results = json.loads(kept_file.read_text()) if kept_file.exists() else {}
+    for name in options.names or [name for name in known if name not in results]:
+        try:
+            results[name] = measure(name, known[name], wheel, options)
+        except renderers.RenderFailed as reason:
+            print(f"{name}: {reason}", file=sys.stderr)
+            continue
+        kept_file.write_text(json.dumps(results, indent=1))
+        print(row(results[name]), flush=True)
+        options.write.write_text(page([results[each] for each in known if each in results], options.wheel, options))
+    return 0
+
+
+INSTALL = """
+import os, sys, bpy
+bpy.ops.extensions.package_install_files(filepath=sys.argv[1], repo="user_default", enable_on_install=True)
+sys.stdout.flush()
+os._exit(0)
+"""
+
+if __name__ == "__main__":
+    sys.exit(main())
