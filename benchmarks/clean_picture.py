@@ -6,7 +6,7 @@
 NAME: a scene of test_scenes or a file of ../shared/scenes; without any, all of them. Each render is a process with the bpy wheel of a newer Blender. It
 starts, reads the file, exports, builds, renders with adaptive sampling, denoises and saves (clean_render.py). The settings are those of the file; the time limit
 is doubled until the picture is clean or more than LIMIT seconds. Clean: the mean of the perceptual difference FLIP [Andersson et al. 2020] of the sRGB
-pictures is at most CLEAN. The time is interpolated between the last two renders (log-log).
+pictures is at most CLEAN. The time is interpolated between two renders (log-log). Engines that are not clean are compared at the smallest FLIP that both reached.
 
 The reference of an engine is its own denoised picture after REFERENCE_SECONDS, so that different materials do not count as noise. In scenes whose light
 Cycles does not find (`denoised.REFERENCES`), it is Ajar's for both. Results are in build/clean; a scene that has one is measured again if named.
@@ -39,7 +39,7 @@ WORK = PROJECT / "build" / "clean"
 INSIDE = Path(__file__).resolve().parent / "clean_render.py"
 ENGINES = {"Ajar": "AJAR", "Cycles": "CYCLES"}
 CLEAN = 0.03
-FIRST_SECONDS = 1.0
+FIRST_SECONDS = 0.25
 FLIP = "flip-evaluator==1.7"   # NVIDIA's own implementation
 SLOWEST, MEDIAN = 1.25, 0.7    # bars, in times of Cycles
 
@@ -104,15 +104,17 @@ class Renders:
         return rungs
 
 
-def clean_time(rungs: list[Rung], key: str = "seconds") -> float:
-    """Seconds until FLIP is CLEAN; infinite if no render reached it. The first render is the least that an engine takes."""
-    last, before = rungs[-1], rungs[-2] if len(rungs) > 1 else None
-    if last.flip > CLEAN:
-        return math.inf
-    if before is None:
-        return getattr(last, key)
-    part = math.log(before.flip / CLEAN) / math.log(before.flip / max(last.flip, 1e-6))
-    return getattr(before, key) * (getattr(last, key) / getattr(before, key)) ** part
+def time_until(rungs: list[Rung], flip: float, key: str = "seconds") -> float:
+    """Seconds until this FLIP; infinite if no render reached it. The first render is the least that an engine takes."""
+    for number, rung in enumerate(rungs):
+        if rung.flip > flip:
+            continue
+        if number == 0:
+            return getattr(rung, key)
+        before = rungs[number - 1]
+        part = math.log(before.flip / flip) / math.log(before.flip / max(rung.flip, 1e-6))
+        return getattr(before, key) * (getattr(rung, key) / getattr(before, key)) ** part
+    return math.inf
 
 
 def measure(name: str, blend: Path, wheel: compatibility.Blender, options: argparse.Namespace) -> dict:
@@ -125,59 +127,55 @@ def measure(name: str, blend: Path, wheel: compatibility.Blender, options: argpa
     for seed in range(1, options.repeats + 1):
         for engine, found in ladders.items():
             found.append(renders.ladder(engine, references.get(engine, references["Ajar"]), options.limit, seed))
-    return {"name": name, "height": options.height, "limit": options.limit, "hard": hard,
+    return {"name": name, "height": options.height, "limit": options.limit, "reference": options.reference_seconds,
             "ladders": {engine: [[asdict(rung) for rung in rungs] for rungs in found] for engine, found in ladders.items()}}
 
 
-@dataclass(frozen=True)
-class Times:
-    """Of an engine in a scene: medians over the seeds."""
-
-    clean: float
-    cpu: float
-    least: float     # FLIP of the last render
-    memory: int
+def ladders_of(found: dict, engine: str) -> list[list[Rung]]:
+    return [[Rung(**rung) for rung in rungs] for rungs in found["ladders"][engine]]
 
 
-def times_of(found: dict, engine: str) -> Times:
-    ladders = [[Rung(**rung) for rung in rungs] for rungs in found["ladders"][engine]]
-    middle = statistics.median
-    return Times(middle(map(clean_time, ladders)), middle(clean_time(rungs, "cpu") for rungs in ladders), middle(rungs[-1].flip for rungs in ladders),
-                 max(rung.memory for rungs in ladders for rung in rungs))
+def level_of(found: dict) -> float:
+    """The FLIP at which the engines are compared: CLEAN, or the least that all ladders of both have reached."""
+    return max(CLEAN, *(min(rung.flip for rung in rungs) for engine in ENGINES for rungs in ladders_of(found, engine)))
+
+
+def median_time(found: dict, engine: str, flip: float, key: str = "seconds") -> float:
+    return statistics.median(time_until(rungs, flip, key) for rungs in ladders_of(found, engine))
 
 
 def ratio(found: dict) -> float:
-    """Time of Ajar over that of Cycles. If only one is clean, the other took at least its last render."""
-    ajar, cycles = (times_of(found, engine).clean for engine in ENGINES)
-    last = {engine: statistics.median(rungs[-1]["seconds"] for rungs in found["ladders"][engine]) for engine in ENGINES}
-    if math.isinf(ajar) and math.isinf(cycles):
-        return float("nan")
-    return min(ajar, last["Ajar"]) / min(cycles, last["Cycles"])
+    """Time of Ajar over that of Cycles."""
+    level = level_of(found)
+    return median_time(found, "Ajar", level) / median_time(found, "Cycles", level)
 
 
 def row(found: dict) -> str:
-    ajar, cycles = (times_of(found, engine) for engine in ENGINES)
-    value, sign = ratio(found), "> " if math.isinf(ajar.clean) else "< " if math.isinf(cycles.clean) else ""
-    cells = [f"not in {found['limit']:.0f} s (FLIP {times.least:.3f})" if math.isinf(times.clean) else f"{times.clean:.1f} ({times.cpu:.1f})" for times in (ajar, cycles)]
-    return (f"| {found['name']} | {cells[0]} | {cells[1]} | " + ("–" if math.isnan(value) else f"{sign}{value:.2f}")
-            + f" | {ajar.memory / 2**20:.0f} / {cycles.memory / 2**20:.0f} |")
+    level = level_of(found)
+    cells = [f"{median_time(found, engine, level):.1f} ({median_time(found, engine, level, 'cpu'):.1f})" for engine in ENGINES]
+    memory = [f"{max(rung.memory for rungs in ladders_of(found, engine) for rung in rungs) / 2**20:.0f}" for engine in ENGINES]
+    return f"| {found['name']} | {level:.3f} | {cells[0]} | {cells[1]} | {ratio(found):.2f} | {' / '.join(memory)} |"
 
 
-def page(results: list[dict], version: str, options: argparse.Namespace) -> str:
-    ratios = [value for value in map(ratio, results) if not math.isnan(value)] or [float("nan")]
+def page(results: list[dict], version: str) -> str:
+    ratios = [ratio(found) for found in results]
+    clean = [found for found in results if level_of(found) == CLEAN]
+    references = [f"{seconds:g}" for seconds in sorted({found["reference"] for found in results})]
     described = machine.describe(os.cpu_count() or 1)
     heights = sorted({found["height"] for found in results})
     return "\n".join([
         "# Time to a clean picture", "",
         f"**Median of the times of Ajar over those of Cycles {version}: {statistics.median(ratios):.2f} (bar {MEDIAN}); {sum(value > SLOWEST for value in ratios)} of "
-        f"{len(ratios)} files take more than {SLOWEST} times as long (bar: none).** A bound counts as a value.", "",
-        "| file | Ajar: s (CPU s) | Cycles: s (CPU s) | ratio | MiB |", "|---" * 5 + "|", *map(row, results), "",
+        f"{len(ratios)} files take more than {SLOWEST} times as long (bar: none).** In {len(clean)} files both engines reached a clean picture in the time that was tried. "
+        "The others are compared at the smallest FLIP that both reached.", "",
+        "| file | FLIP | Ajar: s (CPU s) | Cycles: s (CPU s) | ratio | MiB |", "|---" * 6 + "|", *map(row, results), "",
         "## Method", "",
         "`benchmarks/clean_picture.py` writes this page; do not edit it. Each render is a process of its own, with the bpy wheel of Blender: it starts, reads the file, "
-        f"exports, builds, renders {' and '.join(map(str, heights))} rows, denoises and saves. The seconds are wall time of that process on {os.cpu_count()} threads. Both engines have the settings of "
+        f"exports, builds, renders {' or '.join(map(str, heights))} rows, denoises and saves. The seconds are wall time of that process on {os.cpu_count()} threads. Both engines have the settings of "
         "the file, and adaptive sampling and denoising as a new scene has them; Ajar's technique is `auto`. The time limit is doubled from "
-        f"{FIRST_SECONDS:g} s on until the mean FLIP [Andersson et al. 2020] of the sRGB picture is at most {CLEAN}, and the time is interpolated. The reference of an engine is "
-        f"its own denoised picture after {options.reference_seconds:g} s; in {', '.join(sorted(REFERENCES))} it is Ajar's for both, because Cycles does not find all of the light.",
+        f"{min(rung.limit for found in results for engine in ENGINES for rungs in ladders_of(found, engine) for rung in rungs):g} s on, up to {max(found['limit'] for found in results):g} s, until the mean FLIP [Andersson et al. 2020] of the sRGB picture is at most {CLEAN} (clean), and the time is interpolated. "
+        f"Ajar's time limit includes denoising, that of Cycles does not. The reference of an engine is its own denoised picture with a time limit of {' or '.join(references)} s; in "
+        f"{', '.join(sorted(REFERENCES))} it is Ajar's for both, because Cycles does not find all of the light.",
         "", "## Machine", "", *(f"* {key}: {value}" for key, value in described.items())]) + "\n"
 
 
@@ -209,7 +207,7 @@ def main() -> int:
             continue
         kept_file.write_text(json.dumps(results, indent=1))
         print(row(results[name]), flush=True)
-        options.write.write_text(page([results[each] for each in known if each in results], options.wheel, options))
+        options.write.write_text(page([results[each] for each in known if each in results], options.wheel))
     return 0
 
 

@@ -176,7 +176,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         carries = not self.is_preview and learning.is_carried(scene, options)
         if carries:
             session.begin_with(learning.of(learner))
-        interval = float(depsgraph.scene_eval.ajar.checkpoint_interval) if options.checkpoint is None else CHECKPOINT_SECONDS
+        interval = depsgraph.scene_eval.ajar.checkpoint_interval if options.checkpoint is None else CHECKPOINT_SECONDS
         save_checkpoint = self._checkpoints(rendered, options, session, exported.description)
         if not self.is_preview:
             render_progress.begin(scene.name)

@@ -68,7 +68,8 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     use_checkpoint: bpy.props.BoolProperty(
         name="Checkpoint", description="Save the samples in a file during the render, so that a render that was stopped can continue", default=False)
     checkpoint_path: bpy.props.StringProperty(name="File", description="File of the checkpoint. The number of the frame is added to its name", default="//ajar.checkpoint", subtype="FILE_PATH")
-    checkpoint_interval: bpy.props.IntProperty(name="Every", description="Seconds between two checkpoints", default=30, min=1, max=86400, subtype="TIME_ABSOLUTE")
+    checkpoint_interval: bpy.props.FloatProperty(
+        name="Every", description="Seconds between two checkpoints", default=30.0, min=1.0, max=86400.0, precision=0, step=100, subtype="TIME_ABSOLUTE")
     use_resume: bpy.props.BoolProperty(
         name="Resume", description="Continue from the checkpoint of this frame, if there is one. Its samples count towards the number of samples", default=False)
     integrator: core_settings.definition("integrator")
