@@ -111,7 +111,7 @@ bench-full: bench_program
 	@/usr/bin/python3 benchmarks/thesis.py --build $(BUILD)
 	@$(MAKE) clean-picture
 
-# How long an artist waits for a clean picture, beside Cycles of the newest wheel: docs/benchmarks/clean_picture.md.
+# How long an artist waits for a clean picture, beside Cycles of the newest wheel: docs/benchmarks/clean_picture.md. About an hour for each file.
 clean-picture: extension
 	@tools/setup.sh bench
 	@/usr/bin/python3 benchmarks/clean_picture.py

@@ -12,11 +12,8 @@ import json
 import os
 import resource
 import sys
-from pathlib import Path
 
 import bpy
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
 from cycles_render import set_if_known
 
 ENDLESS = 1 << 20   # samples; the time limit ends the render
@@ -33,15 +30,15 @@ def render(job: dict) -> None:
     settings.resolution_percentage = 100
     settings.resolution_x, settings.resolution_y = max(1, round(settings.resolution_x * scale)), job["height"]
     set_if_known(settings, use_border=False, use_compositing=False, use_sequencer=False, use_multiview=False, use_stamp=False, use_persistent_data=False,
-              threads_mode="AUTO")
+                 threads_mode="AUTO")
     for layer in scene.view_layers:
         layer.use = layer == bpy.context.view_layer
         layer.samples = 0
         if hasattr(layer, "cycles"):
             set_if_known(layer.cycles, use_denoising=True)
     set_if_known(scene.cycles, device="CPU", samples=ENDLESS, seed=job["seed"], use_animated_seed=False, use_adaptive_sampling=True, adaptive_threshold=0.01,
-              adaptive_min_samples=0, use_denoising=True, denoiser="OPENIMAGEDENOISE", denoising_input_passes="RGB_ALBEDO_NORMAL", denoising_prefilter="ACCURATE",
-              denoising_quality="HIGH", denoising_use_gpu=False, time_limit=job["seconds"], use_sample_subset=False)
+                 adaptive_min_samples=0, use_denoising=True, denoiser="OPENIMAGEDENOISE", denoising_input_passes="RGB_ALBEDO_NORMAL", denoising_prefilter="ACCURATE",
+                 denoising_quality="HIGH", denoising_use_gpu=False, time_limit=job["seconds"], use_sample_subset=False)
     if job["engine"] == "AJAR":
         for name in scene.ajar.bl_rna.properties.keys():
             scene.ajar.property_unset(name)   # a file may have another technique than a new scene

@@ -27,14 +27,19 @@ def is_available() -> bool:
     return ajar.denoiser.load()
 
 
+def _cores(threads: int) -> int:
+    """`threads`, where 0 means all."""
+    return threads or os.cpu_count() or 1
+
+
 def quality_within(pixels: int, limit: float, threads: int) -> ajar.DenoiseQuality:
     """The quality for a render whose time limit in seconds includes denoising: a better one would take more from the samples than it gives."""
-    return ajar.denoiser.quality_for((threads or os.cpu_count() or 1) * limit / ajar.denoiser.SECONDS_PER_RAY, pixels, 0.0)
+    return ajar.denoiser.quality_for(_cores(threads) * limit / ajar.denoiser.SECONDS_PER_RAY, pixels, 0.0)
 
 
 def expected_seconds(pixels: int, quality: ajar.DenoiseQuality, threads: int) -> float:
     """The expected time to denoise an image: that of earlier images in this process. Before the first one, small noisy images are denoised to measure it."""
-    threads = threads or os.cpu_count() or 1
+    threads = _cores(threads)
     if (quality, threads) not in _seconds_per_pixel:
         noise = np.random.default_rng(1).random((CALIBRATION_SIDE, CALIBRATION_SIDE, 6), dtype=np.float32)
 
@@ -69,7 +74,7 @@ class Background:
         try:
             self._result = ajar.denoise(color, halves, albedo, normal, quality, threads, self._cancellation)
             if self._result is not None and pixels >= LEARNED_PIXELS:
-                _seconds_per_pixel[quality, threads or os.cpu_count() or 1] = (time.monotonic() - started) / pixels
+                _seconds_per_pixel[quality, _cores(threads)] = (time.monotonic() - started) / pixels
         except RuntimeError as error:
             self._error = str(error)
 
