@@ -87,11 +87,16 @@ def export_by_wheel(blend: Path, out: Path, python: str, extension: Path, percen
     """The scene file for the core, exported by the newer Blender of a bpy wheel with an unpacked extension. Its materials are those of that Blender."""
     out.mkdir(parents=True, exist_ok=True)
     scene = out / "scene.ajar"
-    command = [python, str(HERE / "wheel_export.py"), str(blend), str(scene), str(percentage or 0)]
-    log = run(command, f"the export of {blend.name}", environment=os.environ | {"PYTHONPATH": str(extension)})
-    if not scene.exists():
-        raise RenderFailed(f"the export of {blend.name} left no scene file:\n{log}")
+    wheel_export([(blend, scene)], python, extension, ["--percentage", str(percentage or 0)])
     return scene
+
+
+def wheel_export(files: Sequence[tuple[Path, Path]], python: str, extension: Path, options: Sequence[str]) -> None:
+    """Exports pairs of a .blend and a scene file in one start of a bpy wheel. Options are those of wheel_export.py."""
+    command = [python, str(HERE / "wheel_export.py"), *options, *(str(file) for pair in files for file in pair)]
+    log = run(command, f"the export of {files[0][0].name}", environment=os.environ | {"PYTHONPATH": str(extension)})
+    if missing := [scene for _, scene in files if not scene.exists()]:
+        raise RenderFailed(f"the export left no {missing[0]}:\n{log}")
 
 
 # ---- Ajar ----------------------------------------------------------------------------------------------

@@ -1,10 +1,13 @@
-"""Runs in the Python of a bpy wheel: exports the scene of a .blend file by the add-on, without clamping and with all caustics.
+"""Runs in the Python of a bpy wheel: exports the scenes of .blend files by the add-on.
 
-    PYTHONPATH=<unpacked extension> PYTHON benchmarks/wheel_export.py BLEND OUT.ajar [PERCENTAGE]
+    PYTHONPATH=<unpacked extension> PYTHON benchmarks/wheel_export.py [--percentage 30] [--as-it-is] BLEND OUT.ajar [BLEND OUT.ajar ...]
+
+Without --as-it-is, nothing is clamped and all caustics are on.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 from pathlib import Path
@@ -19,14 +22,12 @@ from python_addon.export import export_scene
 from python_addon.headless import Options
 
 
-def main(blend: str, out: str, percentage: int) -> None:
+def export(blend: str, out: str, percentage: int, as_it_is: bool) -> None:
     bpy.ops.wm.open_mainfile(filepath=blend, load_ui=False)
-    if "cycles" not in bpy.context.preferences.addons:
-        bpy.ops.preferences.addon_enable(module="cycles")
-    properties.register()
     scene = bpy.context.scene
-    scene.ajar.clamp_direct = scene.ajar.clamp_indirect = 0.0
-    scene.ajar.reflective_caustics = scene.ajar.refractive_caustics = True
+    if not as_it_is:
+        scene.ajar.clamp_direct = scene.ajar.clamp_indirect = 0.0
+        scene.ajar.reflective_caustics = scene.ajar.refractive_caustics = True
     scene.render.resolution_percentage = percentage or scene.render.resolution_percentage
     frame = scene.frame_current
     context = export_scene(bpy.context.evaluated_depsgraph_get(), Options({"samples": 1}), ["Combined"], scene.camera, lambda: False, lambda step: None,
@@ -37,7 +38,20 @@ def main(blend: str, out: str, percentage: int) -> None:
     ajar.save_description(context.description, out)
 
 
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("files", nargs="+", help="pairs of a .blend file and a scene file")
+    parser.add_argument("--percentage", type=int, default=0, help="of the resolution; that of the file by default")
+    parser.add_argument("--as-it-is", action="store_true", help="keep the clamping and the caustics of the file")
+    options = parser.parse_args()
+    if "cycles" not in bpy.context.preferences.addons:
+        bpy.ops.preferences.addon_enable(module="cycles")
+    properties.register()
+    for blend, out in zip(options.files[::2], options.files[1::2], strict=True):
+        export(blend, out, options.percentage, options.as_it_is)
+
+
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2], int(sys.argv[3]) if len(sys.argv) > 3 else 0)
+    main()
     sys.stdout.flush()
     os._exit(0)

@@ -22,11 +22,14 @@ constexpr uint32_t kLearnedPasses = 8;      // the guide of gather rays learns a
 constexpr uint32_t kFirstWarmTraining = 8;  // first training step if it starts with the guide of an earlier frame
 constexpr double kLearnedRays = 2e5;        // gather rays recorded between two training steps, at most
 constexpr int kProbes = 24;                 // per axis of the film, to choose radii
-/// Photons in a disc of the first pass at the points that the image looks up. Lookups at the ends of gather rays are
-/// averaged over these rays, so they may be noisy in exchange for a smaller radius. Caustics are seen directly.
-constexpr int kReach = 6, kCausticReach = 60;
+/// Photons in a disc of the first pass at the points that the image looks up. Noise that is independent in each pass and
+/// nearly independent in each pixel is the cheaper error: it falls with the passes, and a denoiser removes it. Wide discs
+/// blur caustics and the shadows in them (docs/research/denoising.md).
+constexpr int kReach = 6, kCausticReach = 2;
 /// The weights of photons of chains contain the number of lookups in the same disc, so they need wider discs.
-constexpr int kChainReach = 10;
+constexpr int kChainReach = 10, kChainCausticReach = 60;
+/// Photons of the caustic map in an estimate whose radius the artist has set: the discs have this radius nearly always.
+constexpr int kNeighboursInSetRadius = 60;
 /// The largest radius at the ends of gather rays, relative to the scene, if about one photon is within it. It limits the
 /// bias where there are few photons.
 constexpr float kLargestGatherRadius = 0.0125f;
@@ -51,7 +54,10 @@ void GatherPasses::prepare(const Scene& scene, const PathMedia* media, uint32_t 
   gather_.rays = std::max(1, scene.settings().gather_rays);
   // If photons are weighted by the lookups around them, both need equally wide discs. Narrower lookups in regions of
   // high photon density would overestimate.
-  if (arrivals) gather_.neighbours = gather_.gather_neighbours = PointTree::kMaxNeighbours;
+  if (arrivals)
+    gather_.neighbours = gather_.gather_neighbours = PointTree::kMaxNeighbours;
+  else if (scene.settings().photon_radius > 0.0f)
+    gather_.neighbours = kNeighboursInSetRadius;
 }
 
 std::vector<LearnedPart> GatherPasses::begin_with(const Learned& learned) {
@@ -105,7 +111,8 @@ void GatherPasses::choose_first_radii() {
   first_global_radius_ = first_caustic_radius_ = settings.photon_radius;
   if (settings.photon_radius > 0.0f) return;
   std::vector<float> global, caustic;
-  const int reach_of_gathered = arrivals_ ? kChainReach : kReach;
+  const int reach_of_gathered = arrivals_ ? kChainReach : kReach,
+            reach_of_caustic = arrivals_ ? kChainCausticReach : kCausticReach;
   PhotonGatherer gatherer(*scene_, media_, maps_, gather_, hash_combine(seed_, 0x70726f62U));
   for (int i = 0; i < kProbes * kProbes; ++i) {
     gatherer.start(uint32_t(i), 0);
@@ -115,7 +122,7 @@ void GatherPasses::choose_first_radii() {
     const Ray ray = scene_->camera().generate_ray(on_film, Vec2(0.5f), time());
     if (sees_nothing(ray) || !gatherer.probe(ray, seen, gathered)) continue;
     global.push_back(maps_.global.reach(gathered, reach_of_gathered, max_radius));
-    const float reach = maps_.caustic.reach(seen, kCausticReach, max_radius);
+    const float reach = maps_.caustic.reach(seen, reach_of_caustic, max_radius);
     if (reach < max_radius) caustic.push_back(reach);
   }
   if (arrivals_) {

@@ -30,7 +30,7 @@ struct PhotonMaps {
 
 struct GatherSettings {
   int rays = 8;                ///< gather rays at the first rough surface of a sample
-  int neighbours = 60;         ///< photons in a density estimate
+  int neighbours = 3;          ///< photons in an estimate of caustics
   int gather_neighbours = 10;  ///< photons in an estimate at the end of a gather ray, where no irradiance site is near
 };
 

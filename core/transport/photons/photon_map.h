@@ -33,7 +33,7 @@ class PhotonMap {
  public:
   /// Maximum number of photons in a density estimate, and their maximum distance.
   struct Lookup {
-    int neighbours = 60;
+    int neighbours = 1;
     float radius = 0.0f;
   };
 

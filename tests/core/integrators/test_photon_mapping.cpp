@@ -176,6 +176,40 @@ TEST(PhotonMap, bias_falls_with_the_number_of_passes_at_the_stated_rate) {
   EXPECT_LT(slope(measured), -0.15);
 }
 
+TEST(PhotonMap, a_narrow_shadow_in_a_caustic_stays_dark) {
+  // The lamp below the mirror illuminates the floor as if from (0, 0, 3). A strip half as high casts a shadow of 6 cm
+  // around x = 1.03. About 1500 photons arrive there per square metre: 60 of them need a radius of 11 cm.
+  SceneDescription d;
+  add_object(d, plane(6.0f), add_diffuse(d, Color(0.5f)));
+  add_object(d, plane(6.0f), add_material(d, "ShaderNodeBsdfGlossy", Color(1.0f), 0.0f), placed(Vec3(0, 0, 2), 1.0f));
+  Mat4 strip = placed(Vec3(0.515f, 0, 1.5f), 1.0f);
+  strip[0].x = 0.015f;
+  add_object(d, plane(1.0f), add_diffuse(d, Color(0.0f)), strip);
+  d.lights.push_back(point_light(Vec3(0, 0, 1), 100.0f));
+  constexpr int kSize = 32, kMiddle = kSize / 2;
+  set_camera(d, Vec3(1.03f, -0.001f, 0.9f), Vec3(1.03f, 0, 0), kSize, 0.25f);
+  d.settings.bounces = {1, 0, 1, 0, 0, 0};  // direct light and one reflection
+  d.settings.photons = 200000;
+  SceneDescription only_direct = d;
+  only_direct.settings.bounces = {0, 0, 0, 0, 0, 0};
+  const std::vector<float> direct = render(only_direct, "path", 16, 1);
+  Renders renders(with(d, "photon_map", 2));
+  RunningMoments shadow, beside;
+  for (uint32_t seed = 1; seed <= 8; ++seed) {
+    const std::vector<float> image = renders.combined(seed);
+    const auto caustic = [&](int x, int y) {
+      const size_t at = 4 * (size_t(y) * kSize + size_t(x));
+      return double(image[at]) - double(direct[at]);
+    };
+    for (int x = kMiddle - 1; x <= kMiddle; ++x)
+      for (int y = kMiddle - 1; y <= kMiddle; ++y) shadow.add(caustic(x, y));
+    for (int x = 0; x < kSize; x += kSize - 1)
+      for (int y = 0; y < kSize; y += kSize - 1) beside.add(caustic(x, y));
+  }
+  EXPECT_GT(beside.mean(), 5.0 * std::sqrt(beside.variance_of_mean())) << "too noisy for the test";
+  EXPECT_LT(shadow.mean(), 0.15 * beside.mean());
+}
+
 TEST_P(PhotonMapping, the_error_against_path_tracing_falls_with_the_number_of_passes) {
   SceneDescription d = lit_room(10);
   d.lights[0].visibility &= ~uint32_t(
