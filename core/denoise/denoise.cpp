@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -13,6 +14,7 @@ namespace ajar {
 
 namespace {
 
+constexpr int kDarkestReach = 2;     // pixels to each side, for the lower bound of a pixel
 constexpr int kNeighbours = 3;       // pixels to each side, in which a bright pixel is compared
 constexpr size_t kRank = 3;          // the neighbour with which it is compared, from the brightest
 constexpr float kMaxRatio = 3.0f;    // of the brightness of a pixel to that neighbour
@@ -177,6 +179,20 @@ std::array<std::vector<float>, 2> Combination::significant_parts() {
   return sums;
 }
 
+/// Minimum of the mean of both images around a pixel, of one channel. Where a highlight is significant in a fine plane but
+/// not in a coarse one, the negative values of the fine plane around it would leave a dark ring. No pixel becomes darker
+/// than the denoiser's image and than all rendered pixels around it, among which the correct value lies in the limit.
+float darkest_around(const std::vector<float>& a, const std::vector<float>& b, ImageSize size, size_t value) {
+  const int x = int(value / 3) % size.width, y = int(value / 3) / size.width;
+  float darkest = std::numeric_limits<float>::max();
+  for (int v = std::max(0, y - kDarkestReach); v <= std::min(size.height - 1, y + kDarkestReach); ++v)
+    for (int u = std::max(0, x - kDarkestReach); u <= std::min(size.width - 1, x + kDarkestReach); ++u) {
+      const size_t there = (size_t(v) * size_t(size.width) + size_t(u)) * 3 + value % 3;
+      darkest = std::min(darkest, 0.5f * (a[there] + b[there]));
+    }
+  return darkest;
+}
+
 /// The denoiser's image of non-negative light. Light of negative lamps is added again as it is.
 std::vector<float> run(const DenoiseFunction& denoiser, std::vector<float> image) {
   std::vector<float> below(image.size());
@@ -316,7 +332,10 @@ Denoised denoise(const std::vector<float>& image, const std::vector<float>& halv
     for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
       const float of_a = from_a[c] + light[i] * parts[0][c], of_b = from_b[c] + light[i] * parts[1][c];
       // A residual can be larger than the light. Only negative lamps make an image negative.
-      const float value = std::max(0.5f * (of_a + of_b), std::min(0.0f, std::min(a[c], b[c])));
+      float value = std::max(0.5f * (of_a + of_b), std::min(0.0f, std::min(a[c], b[c])));
+      const float of_denoiser = std::min(from_a[c], from_b[c]);
+      if (value < of_denoiser)
+        value = std::max(value, std::min(of_denoiser, darkest_around(a, b, {width, height, 3}, c)));
       result.image[c] = value;
       result.error[i] += 0.5f * (of_a - of_b) * (of_a - of_b) / (value * value + kDarkest) / 3.0f;
     }

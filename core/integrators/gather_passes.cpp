@@ -25,11 +25,11 @@ constexpr int kProbes = 24;                 // per axis of the film, to choose r
 /// Photons in a disc of the first pass at the points that the image looks up. Noise that is independent in each pass and
 /// nearly independent in each pixel is the cheaper error: it falls with the passes, and a denoiser removes it. Wide discs
 /// blur caustics and the shadows in them (docs/research/denoising.md).
-constexpr int kReach = 6, kCausticReach = 2;
+constexpr int kReach = 6;
 /// The weights of photons of chains contain the number of lookups in the same disc, so they need wider discs.
 constexpr int kChainReach = 10, kChainCausticReach = 60;
-/// Photons of the caustic map in an estimate whose radius the artist has set: the discs have this radius nearly always.
-constexpr int kNeighboursInSetRadius = 60;
+/// Radius in pixels below which a caustic is not blurred visibly: about that of the pixel filter.
+constexpr float kPixels = 0.75f;
 /// The largest radius at the ends of gather rays, relative to the scene, if about one photon is within it. It limits the
 /// bias where there are few photons.
 constexpr float kLargestGatherRadius = 0.0125f;
@@ -52,12 +52,14 @@ void GatherPasses::prepare(const Scene& scene, const PathMedia* media, uint32_t 
   seed_ = seed;
   filter_ = PixelFilter(scene.settings().filter, scene.settings().filter_width);
   gather_.rays = std::max(1, scene.settings().gather_rays);
+  const Camera& camera = scene.camera();
+  const Vec3 forward = camera.forward(time());
+  gather_.pixel = {camera.position(), kPixels / std::sqrt(camera.film_density(forward, time())),
+                   camera.is_orthographic()};
   // If photons are weighted by the lookups around them, both need equally wide discs. Narrower lookups in regions of
   // high photon density would overestimate.
-  if (arrivals)
-    gather_.neighbours = gather_.gather_neighbours = PointTree::kMaxNeighbours;
-  else if (scene.settings().photon_radius > 0.0f)
-    gather_.neighbours = kNeighboursInSetRadius;
+  if (arrivals) gather_.neighbours = gather_.gather_neighbours = PointTree::kMaxNeighbours;
+  if (arrivals || scene.settings().photon_radius > 0.0f) gather_.enough = 0;
 }
 
 std::vector<LearnedPart> GatherPasses::begin_with(const Learned& learned) {
@@ -95,7 +97,7 @@ void GatherPasses::build_maps(std::vector<Photon> global, std::vector<Photon> ca
   maps_.caustic.build(std::move(caustic));
   maps_.global.look_around(*scene_, {gather_.gather_neighbours, maps_.global_radius}, time(),
                            hash_combine(seed_, pass_));
-  maps_.caustic.look_around(*scene_, {gather_.neighbours, maps_.caustic_radius}, time(), hash_combine(seed_, ~pass_));
+  maps_.caustic.look_around(*scene_, gather_.caustic_lookup(maps_.caustic_radius), time(), hash_combine(seed_, ~pass_));
   maps_.has_global = !maps_.global.empty();
   maps_.has_caustic = !maps_.caustic.empty();
   maps_.sites.build(sites_, maps_.global, {gather_.gather_neighbours, maps_.global_radius});
@@ -112,7 +114,7 @@ void GatherPasses::choose_first_radii() {
   if (settings.photon_radius > 0.0f) return;
   std::vector<float> global, caustic;
   const int reach_of_gathered = arrivals_ ? kChainReach : kReach,
-            reach_of_caustic = arrivals_ ? kChainCausticReach : kCausticReach;
+            reach_of_caustic = arrivals_ ? kChainCausticReach : kReach;
   PhotonGatherer gatherer(*scene_, media_, maps_, gather_, hash_combine(seed_, 0x70726f62U));
   for (int i = 0; i < kProbes * kProbes; ++i) {
     gatherer.start(uint32_t(i), 0);

@@ -155,7 +155,7 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, co
   Color sum = direct_light(point, rough, place, sampler, dimension);
   if (log_ && depth == 0 && (pixel_ + index_) % uint32_t(log_->stride[ArrivalMap::kSeen]) == 0)
     log_arrival(ArrivalMap::kSeen, point, throughput);
-  if (maps_.has_caustic) sum += maps_.caustic.radiance(point, rough, {settings_.neighbours, maps_.caustic_radius});
+  if (maps_.has_caustic) sum += maps_.caustic.radiance(point, rough, settings_.caustic_lookup(maps_.caustic_radius));
   Color gathered(0.0f);
   GuidedBsdf guided;
   guided.start(depth == 0 ? guide_ : nullptr, rough, point.position, 1.0f);

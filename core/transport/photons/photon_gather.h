@@ -29,9 +29,13 @@ struct PhotonMaps {
 };
 
 struct GatherSettings {
-  int rays = 8;                ///< gather rays at the first rough surface of a sample
-  int neighbours = 3;          ///< photons in an estimate of caustics
+  int rays = 8;         ///< gather rays at the first rough surface of a sample
+  int neighbours = 60;  ///< photons in an estimate of caustics, at most
+  int enough = 3;       ///< photons in such an estimate that is wider than a pixel; 0: all within the radius
+  PixelRadius pixel;
   int gather_neighbours = 10;  ///< photons in an estimate at the end of a gather ray, where no irradiance site is near
+
+  PhotonMap::Lookup caustic_lookup(float radius) const { return {neighbours, radius, enough, pixel}; }
 };
 
 /// The work of one thread: radiance along camera rays, and counts of what is traced.

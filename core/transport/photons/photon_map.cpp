@@ -24,9 +24,22 @@ void PhotonMap::build(std::vector<Photon> photons, std::vector<uint32_t>& order)
     lights_[i] = {photons[order[i]].flux_over_cosine, photons[order[i]].packed_direction};
 }
 
+void PhotonMap::find(Vec3 position, Vec3 normal, const Lookup& lookup, PointTree::Neighbours& found) const {
+  const float pixel = lookup.enough > 0 ? lookup.pixel.at(position) : lookup.radius;
+  tree_.nearest(position, normal, lookup.neighbours, std::min(pixel, lookup.radius), found);
+  if (found.count < lookup.enough && pixel < lookup.radius)
+    tree_.nearest(position, normal, lookup.enough, lookup.radius, found);
+}
+
+float PhotonMap::radius_at(const SurfacePoint& point) const {
+  PointTree::Neighbours found;
+  find(point.position, unpack_direction(point.packed_normal), around_, found);
+  return std::sqrt(found.radius2);
+}
+
 Color PhotonMap::irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const {
   PointTree::Neighbours found;
-  tree_.nearest(position, ng, lookup.neighbours, lookup.radius, found);
+  find(position, ng, lookup, found);
   Color sum(0.0f);
   for (int i = 0; i < found.count; ++i) {
     const Light& light = lights_[found.index[i]];

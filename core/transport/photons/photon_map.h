@@ -29,12 +29,26 @@ static_assert(sizeof(Photon) == 32);
 /// Whether rough lobes of a surface can transmit light from one side to the other.
 bool transmits(const Bsdf& bsdf);
 
+/// The radius of a pixel of the camera at a place that it sees directly.
+struct PixelRadius {
+  Vec3 eye{0.0f};
+  float at_distance_1 = 0.0f;
+  bool same_everywhere = false;  ///< orthographic cameras
+
+  float at(Vec3 p) const { return same_everywhere ? at_distance_1 : at_distance_1 * glm::length(p - eye); }
+};
+
 class PhotonMap {
  public:
-  /// Maximum number of photons in a density estimate, and their maximum distance.
+  /// Which photons an estimate uses: those within the radius of a pixel, but at least the nearest `enough`, at most the
+  /// nearest `neighbours`, and all of them within `radius`. Each of these disc radii is a stopping time of the number of
+  /// photons around the point, so that the estimate of an even density has no bias if the photon on the edge of the disc
+  /// does not count.
   struct Lookup {
     int neighbours = 1;
     float radius = 0.0f;
+    int enough = 0;  ///< 0: all photons within `radius`
+    PixelRadius pixel = {};
   };
 
   /// `order[i]` becomes the index in `photons` of photon i of the map.
@@ -66,7 +80,7 @@ class PhotonMap {
     Color radiance(0.0f);
     const int sides = transmits(bsdf) ? 2 : 1;
     for (int side = 0; side < sides; ++side) {
-      tree_.nearest(point.position, side == 0 ? point.ng : -point.ng, lookup.neighbours, lookup.radius, found);
+      find(point.position, side == 0 ? point.ng : -point.ng, lookup, found);
       Color sum(0.0f);
       for (int i = 0; i < found.count; ++i) {
         const Light& light = lights_[found.index[i]];
@@ -93,11 +107,13 @@ class PhotonMap {
     Color flux_over_cosine;
     uint32_t packed_direction;
   };
+  /// Radius of an estimate like those of look_around at a photon.
+  float radius_at(const SurfacePoint& point) const;
+  void find(Vec3 position, Vec3 normal, const Lookup& lookup, PointTree::Neighbours& found) const;
   /// Area of a whole disc over the area that receives the photon's light; 0 if `position` is outside that area.
   float inverse_share_of(uint32_t photon, Vec3 position, float radius2) const {
     if (!discs_.started() || lights_[photon].packed_direction & Photon::kOfChain) return 1.0f;
-    return discs_.inverse_share(photon, tree_[photon], position, radius2,
-                                [&] { return reach(tree_[photon], around_.neighbours, around_.radius); });
+    return discs_.inverse_share(photon, tree_[photon], position, radius2, [&] { return radius_at(tree_[photon]); });
   }
 
   PointTree tree_;

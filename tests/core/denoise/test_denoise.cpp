@@ -274,6 +274,26 @@ TEST(Denoise, a_pixel_that_is_bright_in_both_halves_by_chance_is_not_restored_bu
   EXPECT_GT(shown(30.0f, 29.9f), 25.0f);
 }
 
+TEST(Denoise, a_highlight_in_heavy_noise_has_no_dark_ring) {
+  // Two of a hundred pixels of each half are bright, all others are 0.2. The highlight is significant in the finest plane,
+  // and so are the negative values of this plane around it.
+  const std::vector<float> clean(kValues, 0.35f);
+  const auto removes = [&](const std::vector<float>&) { return clean; };
+  const size_t pixel = 30 * kWidth + 40;
+  for (uint64_t seed = 1; seed <= 8; ++seed) {
+    Rendered r{std::vector<float>(kValues), std::vector<float>(2 * kValues, 0.2f)};
+    Pcg32 rng(seed);
+    for (size_t i = 0; i < 2 * kValues; i += 3) {
+      const float found = rng.next_float() < 0.02f ? 15.0f * rng.next_float() : 0.0f;
+      for (size_t c = i; c < i + 3; ++c) r.halves[c] = i / 6 == pixel ? 30.0f : r.halves[c] + found;
+    }
+    for (size_t i = 0; i < kValues; ++i) r.image[i] = 0.5f * (r.halves[i + i / 3 * 3] + r.halves[i + i / 3 * 3 + 3]);
+    const std::vector<float> shown = denoise(r.image, r.halves, kWidth, kHeight, removes).image;
+    EXPECT_GT(shown[3 * pixel], 20.0f);
+    EXPECT_GT(*std::min_element(shown.begin(), shown.end()), 0.19f) << "seed " << seed;
+  }
+}
+
 TEST(Denoise, without_halves_the_image_of_the_denoiser_is_returned) {
   const std::vector<float> clean = truth();
   Rendered r = rendered(clean, 4, 9);

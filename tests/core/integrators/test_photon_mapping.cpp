@@ -109,9 +109,10 @@ TEST_P(PhotonMapping, caustic_of_a_glass_ball_agrees_with_the_path_tracer) {
   d.lights.push_back(point_light(Vec3(0, 0, 2.5f), 100.0f, 0.5f));
   // The camera looks at the focus from the side, below the ball.
   set_camera(d, Vec3(0, -2.0f, 0.4f), Vec3(0, 0, 0), 16, 0.3f);
-  d.settings.photons = 20000;
-  // Chains rarely move from one part of the caustic to another and need more samples.
-  expect_agreement(GetParam(), d, std::string(GetParam()) == "mps" ? 100 : 24, 1024, 4, 0.02, 0.01);
+  // Chains rarely move from one part of the caustic to another and need more samples. Plain photons rarely hit the ball.
+  const bool chains = std::string(GetParam()) == "mps";
+  d.settings.photons = chains ? 20000 : 80000;
+  expect_agreement(GetParam(), d, chains ? 100 : 32, 1024, 4, 0.02, 0.01);
 }
 
 TEST(PhotonMap, bias_falls_with_the_number_of_passes_at_the_stated_rate) {
@@ -177,13 +178,13 @@ TEST(PhotonMap, bias_falls_with_the_number_of_passes_at_the_stated_rate) {
 }
 
 TEST(PhotonMap, a_narrow_shadow_in_a_caustic_stays_dark) {
-  // The lamp below the mirror illuminates the floor as if from (0, 0, 3). A strip half as high casts a shadow of 6 cm
+  // The lamp below the mirror illuminates the floor as if from (0, 0, 3). A strip half as high casts a shadow of 10 cm
   // around x = 1.03. About 1500 photons arrive there per square metre: 60 of them need a radius of 11 cm.
   SceneDescription d;
   add_object(d, plane(6.0f), add_diffuse(d, Color(0.5f)));
   add_object(d, plane(6.0f), add_material(d, "ShaderNodeBsdfGlossy", Color(1.0f), 0.0f), placed(Vec3(0, 0, 2), 1.0f));
   Mat4 strip = placed(Vec3(0.515f, 0, 1.5f), 1.0f);
-  strip[0].x = 0.015f;
+  strip[0].x = 0.025f;
   add_object(d, plane(1.0f), add_diffuse(d, Color(0.0f)), strip);
   d.lights.push_back(point_light(Vec3(0, 0, 1), 100.0f));
   constexpr int kSize = 32, kMiddle = kSize / 2;

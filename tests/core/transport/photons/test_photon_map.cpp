@@ -115,6 +115,30 @@ TEST(Photons, closed_furnace_away_from_edges_has_irradiance_pi) {
   EXPECT_TRUE(statistical::mean_agrees(nearest, 1.0, {0.01, 2}, 1e-3));
 }
 
+TEST(Photons, estimates_as_wide_as_a_pixel_or_with_enough_photons_have_no_bias) {
+  // As above. A square metre has about 400 photons: a pixel has one, three or thirteen of them.
+  const auto scene = build(closed_room(0.6f, Color(0.4f)));
+  RunningMoments irradiance[3];
+  const float pixels[3] = {0.03f, 0.05f, 0.1f};
+  for (uint32_t seed = 0; seed < 256; ++seed) {
+    PhotonMap map;
+    map.build(trace(*scene, seed, 4000, false).global);
+    for (size_t k = 0; k < 3; ++k) {
+      const PhotonMap::Lookup lookup{60, 0.3f, 3, {Vec3(0.0f, 0.0f, 0.0f), pixels[k], true}};
+      double sum = 0.0;
+      for (int i = 0; i < 100; ++i) {
+        const Vec3 p(-0.6f + 0.13f * float(i % 10), -0.6f + 0.13f * float(i / 10), -1.0f);
+        sum += double(map.irradiance(p, Vec3(0, 0, 1), Vec3(0, 0, 1), lookup).y) / (100.0 * M_PI);
+      }
+      irradiance[k].add(sum);
+    }
+  }
+  for (const RunningMoments& moments : irradiance) {
+    EXPECT_LT(std::sqrt(moments.variance_of_mean()), 0.006) << "too few photons for the test";
+    EXPECT_TRUE(statistical::mean_agrees(moments, 1.0, {0.01, 3}, 1e-3));
+  }
+}
+
 TEST(Photons, precomputed_irradiance_keeps_the_mean) {
   // At the position of a photon, the estimate would be too large by 1/k. Sites of another pass are independent of the
   // photons.
