@@ -30,6 +30,8 @@ constexpr int kReach = 6;
 constexpr int kChainReach = 10, kChainCausticReach = 60;
 /// Radius in pixels below which a caustic is not blurred visibly: about that of the pixel filter.
 constexpr float kPixels = 0.75f;
+/// Photons of a caustic where the picture is a texture, whose texels have no radius.
+constexpr int kEnoughForTexels = 10;
 /// The largest radius at the ends of gather rays, relative to the scene, if about one photon is within it. It limits the
 /// bias where there are few photons.
 constexpr float kLargestGatherRadius = 0.0125f;
@@ -59,7 +61,10 @@ void GatherPasses::prepare(const Scene& scene, const PathMedia* media, uint32_t 
   // If photons are weighted by the lookups around them, both need equally wide discs. Narrower lookups in regions of
   // high photon density would overestimate.
   if (arrivals) gather_.neighbours = gather_.gather_neighbours = PointTree::kMaxNeighbours;
-  if (arrivals || scene.settings().photon_radius > 0.0f) gather_.enough = 0;
+  if (arrivals || scene.settings().photon_radius > 0.0f)
+    gather_.enough = 0;
+  else if (camera.sees_texels())
+    gather_.enough = kEnoughForTexels;
 }
 
 std::vector<LearnedPart> GatherPasses::begin_with(const Learned& learned) {
