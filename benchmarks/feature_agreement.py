@@ -31,6 +31,7 @@ import compatibility  # noqa: E402
 RENDER = PROJECT / "benchmarks" / "feature_render.py"
 BLENDER = os.environ.get("BLENDER", "blender")
 REPLICATES, BLOCK, AGAIN = 8, 8, 4
+BEGIN, END = "<!-- features: begin -->", "<!-- features: end -->"
 
 # Features with known differences and their reasons. All other differences are bugs.
 EXPECTED_DIFFERENCES: dict[str, str] = {
@@ -166,11 +167,10 @@ def table(results: list[Found], known: dict[str, dict[str, str]]) -> str:
     return f"{agreeing} of {len(results)} features agree in every block.\n\n" + "\n".join(lines)
 
 
-def put_into(page: Path, text: str, what: str = "features") -> None:
-    """Replaces the text between the marks of `what` in a page."""
-    begin, end = f"<!-- {what}: begin -->", f"<!-- {what}: end -->"
-    before, rest = page.read_text().split(begin)
-    page.write_text(before + begin + "\n" + text + "\n" + end + rest.split(end)[1])
+def put_into(page: Path, text: str) -> None:
+    content = page.read_text()
+    before, rest = content.split(BEGIN)
+    page.write_text(before + BEGIN + "\n" + text + "\n" + END + rest.split(END)[1])
 
 
 def main() -> int:

@@ -1,13 +1,13 @@
 #!/usr/bin/python3
 """Tests whether all techniques show every feature in the same way: scenes of one feature each (test_scenes/features.py), exported by a bpy wheel:
 
-    benchmarks/feature_techniques.py [NAME ...] [--techniques bdpt,erpt,...] [--kinds hair,volume] [--seconds 0.5] [--table docs/agreement.md] --wheel PYTHON
+    benchmarks/feature_techniques.py [NAME ...] [--techniques bdpt,erpt,...] [--kinds hair,volume] [--seconds 0.5] --wheel PYTHON
 
 Path tracing is the reference. The means of 8 x 8-pixel blocks of 64 x 64-pixel images, over eight independent seeds each, must agree within 1 % plus three
 standard errors of the difference, and so must the mean of the image. The standard errors come from the scatter of the block means, because the pixels of chains and photons are correlated.
 Eight seeds know them within 27 %, so that some blocks exceed this at random. Such a feature is rendered again, and only blocks that exceed it again disagree: with 24 new seeds and three times the time,
 or, for a consistent technique, whose bias vanishes with the time, with eight new seeds and twelve times the time.
-Each render has one thread; --seconds are those of one render. The extension is unpacked in build/extension (`make extension`). --table writes the results to the page between its marks.
+Each render has one thread; --seconds are those of one render. The extension is unpacked in build/extension (`make extension`). The table at the end counts the features that agree.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ import agreement
 import in_process
 import machine
 import numpy as np
-from feature_agreement import BLOCK, features, places, put_into, write_scenes
+from feature_agreement import BLOCK, features, places, write_scenes
 from renderers import wheel_export
 from scenes import PROJECT
 
@@ -125,7 +125,6 @@ def main() -> int:
     parser.add_argument("--keep", type=Path, help="folder for scenes and results, instead of a temporary one; what is there is not made again")
     parser.add_argument("--wheel", required=True, help="Python of a bpy wheel")
     parser.add_argument("--extension", type=Path, default=PROJECT / "build" / "extension" / "package")
-    parser.add_argument("--table", type=Path, help="page to which the results are written")
     options = parser.parse_args()
     known = features()
     kinds = set(options.kinds.split(",")) if options.kinds else {entry["kind"] for entry in known.values()} - SHARED
@@ -144,8 +143,7 @@ def main() -> int:
                 state = f"DISAGREES, {found.outside} of {found.blocks} blocks outside" if found.outside else "agrees"
                 print(f"{name}, {found.technique}: {state}, ratio {found.ratio:.4f} ± {found.uncertainty:.4f} {found.worst}", flush=True)
             (folder / "techniques.json").write_text(json.dumps([vars(found) for found in results], indent=1))
-    if options.table:
-        put_into(options.table, table(results, known, options.seconds), "techniques")
+    print(table(results, known, options.seconds))
     return 0 if not any(found.outside for found in results) else 1
 
 
