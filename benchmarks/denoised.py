@@ -25,6 +25,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import agreement
 import images
@@ -83,7 +84,11 @@ class Load:
         self.processors = self.processors or self.threads
 
 
-def render(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoised: bool = True) -> tuple[dict[str, np.ndarray], dict, float]:
+Change = Callable[[Any], None]   # of the ajar.SceneDescription before a render
+
+
+def render(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoised: bool = True,
+           change: Change | None = None) -> tuple[dict[str, np.ndarray], dict, float]:
     """Passes (top row first), statistics and CPU seconds of a render in this process. It ends after `cpu` CPU seconds, the choice of a technique included.
 
     The engine is told the wall time that this takes at the present load, because techniques plan by it.
@@ -96,6 +101,8 @@ def render(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load,
     settings.seed, settings.threads, settings.denoised = seed, load.threads, denoised
     passes = ["Combined", "Halves", "Denoising Albedo", "Denoising Normal"] if denoised else ["Combined"]
     settings.passes = passes
+    if change:
+        change(description)
     session = ajar.Session()
     session.start(description)
     started, clock = cpu_seconds(), time.monotonic()
@@ -112,10 +119,11 @@ def render(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load,
     return {name: np.asarray(session.snapshot(name))[::-1].copy() for name in passes}, json.loads(session.statistics_json()), used
 
 
-def whole_render(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoised: bool = True) -> tuple[dict[str, np.ndarray], dict, float]:
+def whole_render(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoised: bool = True,
+                 change: Change | None = None) -> tuple[dict[str, np.ndarray], dict, float]:
     """As `render`. Repeats a render whose time limit came before its CPU time was used, because other work of the machine began meanwhile."""
     for _ in range(TRIALS):
-        found, stats, used = render(scene_file, integrator, cpu, seed, load, denoised)
+        found, stats, used = render(scene_file, integrator, cpu, seed, load, denoised, change)
         if used > ENOUGH * cpu:
             break
     else:
@@ -123,18 +131,19 @@ def whole_render(scene_file: Path, integrator: str, cpu: float, seed: int, load:
     return found, stats, used
 
 
-def denoise(found: dict[str, np.ndarray], rays: float, threads: int) -> tuple[np.ndarray, float]:
+def denoise(found: dict[str, np.ndarray], rays: float, threads: int, combined: bool = True) -> tuple[np.ndarray, float]:
+    """The denoised picture and its CPU seconds. `combined`: of the denoiser's picture and the rendered one, as artists get it."""
     import ajar
 
     started = cpu_seconds()
     noisy = found["Combined"]
     quality = ajar.denoiser.quality_for(rays, noisy.shape[0] * noisy.shape[1])
-    image, _ = ajar.denoise(noisy, found["Halves"], found["Denoising Albedo"], found["Denoising Normal"], quality, threads)
+    image, _ = ajar.denoise(noisy, found["Halves"] if combined else None, found["Denoising Albedo"], found["Denoising Normal"], quality, threads)
     return image[..., :3].astype(np.float64), cpu_seconds() - started
 
 
-def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoising: float) -> Picture:
-    found, stats, used = whole_render(scene_file, integrator, max(0.1, cpu - denoising), seed, load)
+def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoising: float, change: Change | None = None) -> Picture:
+    found, stats, used = whole_render(scene_file, integrator, max(0.1, cpu - denoising), seed, load, change=change)
     image, extra = denoise(found, stats["rays"], load.threads)
     return Picture(found["Combined"][..., :3].astype(np.float64), image, used + extra, stats["samples_per_pixel"]["mean"], stats["integrator"])
 

@@ -944,7 +944,8 @@ void bind_description(py::module_& module) {
       .def_readonly("instances", &SceneDescription::instances, "list of InstanceDescription. Copies of the instances.")
       .def_readonly("materials", &SceneDescription::materials, "list of MaterialDescription. Copies of the materials.")
       .def_readonly("images", &SceneDescription::images, "list of ImageDescription. Copies of the images.")
-      .def_readonly("hints", &SceneDescription::hints, "list of HintDescription. Copies of the light hints.")
+      .def_readwrite("hints", &SceneDescription::hints,
+                     "list of HintDescription. Copies of the light hints; a list that is assigned replaces them.")
       .def_readonly("lights", &SceneDescription::lights, "list of LightDescription. Copies of the lamps.")
       .def_readwrite("world", &SceneDescription::world,
                      "WorldDescription. The world. Changes of its fields apply to this description.")

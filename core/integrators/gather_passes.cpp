@@ -58,6 +58,7 @@ void GatherPasses::prepare(const Scene& scene, const PathMedia* media, uint32_t 
   const Vec3 forward = camera.forward(time());
   gather_.pixel = {camera.position(), kPixels / std::sqrt(camera.film_density(forward, time())),
                    camera.is_orthographic()};
+  gather_.light_without_photons = scene.emission_without_lights() || (media && media->any_emission());
   // If photons are weighted by the lookups around them, both need equally wide discs. Narrower lookups in regions of
   // high photon density would overestimate.
   if (arrivals) gather_.neighbours = gather_.gather_neighbours = PointTree::kMaxNeighbours;

@@ -6,7 +6,6 @@
 
 #include "integrators/integrator.h"
 #include "transport/direct/light_cut_cache.h"
-#include "transport/media/path_media.h"
 
 namespace ajar {
 
@@ -227,10 +226,6 @@ class Planner {
     const std::string photons = number(photons_of_a_pass(settings_)) + " photons a pass";
     add("photon map", plan_.photons.global, plan_.photons.global_reason, photons);
     add("caustic map", plan_.photons.caustic, plan_.photons.caustic_reason, "photons of the same passes");
-    if (plan_.media && integrator_.gathers_photons && !integrator_.automatic && PathMedia(scene_).any_emission())
-      plan_.warnings.emplace_back(std::string(integrator_.label) +
-                                  " sends no photons from glowing volumes: their light is missing after the second "
-                                  "surface. Path Tracing finds it.");
     const bool merges = integrator_.can_merge, wanted = settings_.vertex_merging != Merging::Off;
     const MergingPlan merging = plan_merging(scene_);
     plan_.merging = wanted && merging.used;

@@ -41,7 +41,7 @@ EyeMedia::Step EyeMedia::pass(EyeWalk& walk, Sampler& sampler, uint32_t dimensio
       const PhaseFunction phase(event.at);
       place_ = ray.origin + event.t * ray.direction;
       MediumLight sampled;
-      if (scene_.lights().can_choose())
+      if (!only_emission_ && scene_.lights().can_choose())
         radiance += beta * estimate_direct_at(
                                MediumLightContext<State>{scene_, s, ray, point, phase, sampler, dimension, rays_},
                                place_, sampled);

@@ -37,6 +37,8 @@ class EyeMedia {
 
   bool active() const { return state_.has_value(); }
   State& state() { return *state_; }
+  /// From now on, `pass` adds what media emit and not what they scatter.
+  void count_only_emission() { only_emission_ = true; }
   /// Transmittance to a lamp that the present ray meets.
   Color to_lamp(const EyeWalk& walk, const LightMet& met);
   /// What happens between the walk's last vertex and its next surface, after EyeWalk::trace. `beta`: throughput. Adds to
@@ -62,7 +64,7 @@ class EyeMedia {
   uint64_t& rays_;
   std::optional<State> state_;
   int depth_ = 0, bounds_ = 0;
-  bool chose_ = false;
+  bool chose_ = false, only_emission_ = false;
   float pdf_ = 0.0f;
   uint32_t receiver_set_ = kEveryLight;
   Vec3 place_{0.0f};

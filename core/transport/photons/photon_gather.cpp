@@ -207,7 +207,8 @@ Color PhotonGatherer::at_rough(const ShadingPoint& point, const Bsdf& rough, con
                                Numbers numbers) {
   const auto [sampler, dimension] = numbers;
   if (depth > 0) return reflected(point, rough, place, Color(0.0f), 1, depth, {sampler, dimension + kVertexDimensions});
-  Color radiance = from_map(point, rough);
+  Color radiance = maps_.has_global ? from_map(point, rough) : Color(0.0f);
+  if (settings_.light_without_photons && !log_only_) radiance += light_without_photons(point, rough, place, dimension);
   if (scene_.lights().any_partial()) radiance += partial_light(point, rough, place, sampler, dimension + kRoughLight);
   return radiance;
 }
@@ -226,10 +227,12 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
   const SurfaceShading& shading = walk.shading;
   count_bounce(first, from, point);
   bool at_bounce_limit = past_limits(point, limits);
+  const bool look_up = maps_.has_global || settings_.light_without_photons;
   // No sharp bounce yet: a light that is hit is direct light; after a sharp bounce it would be a caustic.
   bool straight = true;
   float length = 0.0f;
   for (uint32_t vertex = 0;; ++vertex) {
+    const uint32_t base = dimension + kVertexDimensions * vertex;
     walk.trace();
     const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
       if (media.chose_direction()) return media.weight_of_hit(walk, light, position, normal);
@@ -241,8 +244,7 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
     if (straight) walk.meet_lamps(add_met);
     if (media.active()) [[unlikely]] {
       if (vertex == 0 && walk.found()) result.distance = walk.hit.t;
-      const EyeMedia::Step step = media.pass(walk, sampler, dimension + kVertexDimensions * vertex + kRoughLight,
-                                             !at_bounce_limit, beta, radiance);
+      const EyeMedia::Step step = media.pass(walk, sampler, base + kRoughLight, !at_bounce_limit, beta, radiance);
       if (step == EyeMedia::Step::End) break;
       at_bounce_limit = at_bounce_limit || media.at_limit();
       if (media.chose_direction()) straight = true;
@@ -254,21 +256,18 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
     walk.arrive();
     length += walk.hit.t;
     walk.shade();
-    if (straight && !is_black(shading.emission))
+    if (!is_black(shading.emission) && (straight || scene_.light_of(walk.hit) < 0))
       radiance += beta * shading.emission * walk.emission_weight(weight_of_hit);
     if (at_bounce_limit && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;
-    if (!maps_.has_global && !log_ && is_black(shading.bsdf.transparency())) break;
-    if (!at_bounce_limit && !below_surface(walk, {sampler, dimension + kVertexDimensions * vertex + kSubsurface}, beta))
-      break;
+    if (!look_up && !log_ && is_black(shading.bsdf.transparency())) break;
+    if (!at_bounce_limit && !below_surface(walk, {sampler, base + kSubsurface}, beta)) break;
     const LobeSplit split(shading.bsdf, point.wo, on_strand_or_point(point));
     if (split.rough() && !at_bounce_limit && log_) log_arrival(ArrivalMap::kGathered, point, throughput * beta);
-    if (split.rough() && !at_bounce_limit && maps_.has_global) {
+    if (split.rough() && !at_bounce_limit && look_up) {
       const bool near = straight && depth < 2 && length < kNear * maps_.global_radius;
-      radiance += beta * at_rough(point, *split.rough(), {media, walk.hit}, near ? depth + 1 : 0,
-                                  {sampler, dimension + kVertexDimensions * vertex});
+      radiance += beta * at_rough(point, *split.rough(), {media, walk.hit}, near ? depth + 1 : 0, {sampler, base});
     }
     if (!split.sharp()) break;
-    const uint32_t base = dimension + kVertexDimensions * vertex;
     // No photons are stored on hair and points: direct light is sampled here, and the ray that goes on finds all other light.
     if (on_strand_or_point(point) && !at_bounce_limit)
       radiance += beta * direct_light(point, *split.sharp(), {media, walk.hit}, sampler, base + kSharpLight);
@@ -282,7 +281,7 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
     }
     straight = on_strand_or_point(point);
     if (straight) origin = origin_at(point, split.sharp()->receiving_normal(), hit_pdf(*sample));
-    if (at_bounce_limit || !maps_.has_global) break;
+    if (at_bounce_limit || !look_up) break;
     count_bounce(*sample, point, point);
     if (past_limits(point, limits) || !survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta))
       break;

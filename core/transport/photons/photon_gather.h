@@ -8,6 +8,9 @@
 //   L D S* E               light sampled at the first rough vertex, combined by MIS with gather rays that hit the light
 //   L S+ D S* E            caustic map
 //   L (D|S)* D S* D S* E   gather rays through sharp chains to the next rough vertex, and the global map there
+// Volumes that glow and surfaces that are not among the lights (hair, points, moving objects) send no photons. Walks find
+// them: along the chains and gather rays above, and beyond by a path that goes on from the end of one gather ray of each
+// first surface in the mean.
 #pragma once
 
 #include "sampling/sampler.h"
@@ -33,6 +36,7 @@ struct GatherSettings {
   int neighbours = 60;  ///< photons in an estimate of caustics, at most
   int enough = 3;       ///< photons in such an estimate that is wider than a pixel; 0: all within the radius
   PixelRadius pixel;
+  bool light_without_photons = false;  ///< a volume or a surface emits that sends no photons
   int gather_neighbours = 10;  ///< photons in an estimate at the end of a gather ray, where no irradiance site is near
 
   PhotonMap::Lookup caustic_lookup(float radius) const { return {neighbours, radius, enough, pixel}; }
@@ -108,6 +112,8 @@ class PhotonGatherer {
   /// Light that the rough lobes at the end of a gather ray scatter: from the maps, or for `depth` > 0 gathered once
   /// more.
   Color at_rough(const ShadingPoint& point, const Bsdf& rough, const Place& place, int depth, Numbers numbers);
+  /// Light that sends no photons, beyond the surface where a gather ray ends.
+  Color light_without_photons(const ShadingPoint& from, const Bsdf& rough, const Place& place, uint32_t dimension);
   /// The volumes of a ray from a surface.
   MediaStack stack_towards(const ShadingPoint& from, const Place& place, Vec3 direction) const;
   struct Incoming {

@@ -64,7 +64,7 @@ def steps(arguments, result):
     yield 0.5
     scene = bpy.context.scene
     scene.render.engine = "AJAR"
-    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 240, 180, 100
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 160, 120, 100
     settings = scene.ajar
     settings.integrator, settings.image, settings.samples, settings.noise_target = "path", "pmc_ip", 320, 1e-4
     bpy.context.preferences.view.render_display_type = "NONE"

@@ -141,7 +141,7 @@ TEST(RangesOfSamples, what_is_divided_by_seeds_has_the_mean_of_undivided_renders
       return d;
     };
     RunningMoments whole, divided;
-    for (uint32_t seed = 0; seed < 24; ++seed) {
+    for (uint32_t seed = 0; seed < 12; ++seed) {
       Session undivided;
       whole.add(mean_of(rendered(undivided, scene(100 + seed, 8), std::nullopt)));
       CheckpointMerger merger;

@@ -1,4 +1,5 @@
 #include "agreement.h"
+#include "gate.h"
 
 namespace ajar::test_bidirectional {
 
@@ -12,9 +13,11 @@ const std::vector<TransportScene> kScenes = transport_scenes();
 class Agreement : public ::testing::TestWithParam<size_t> {};
 
 TEST_P(Agreement, bidirectional_path_tracing_has_the_mean_of_path_tracing) {
+  if (is_left_out(GetParam(), 0)) GTEST_SKIP() << kLeftOut;
   expect_agreement(kScenes[GetParam()], "bdpt", 16, int(kScenes.size()));
 }
 TEST_P(Agreement, metropolis_has_the_mean_of_path_tracing) {
+  if (is_left_out(GetParam(), 1)) GTEST_SKIP() << kLeftOut;
   expect_agreement(kScenes[GetParam()], "metropolis", 64, int(kScenes.size()));
 }
 

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "agreement.h"
-#include "integrators/render_plan.h"
 #include "shading/nodes/volume_closures.h"
 #include "transport/media/media.h"
 #include "transport/media/phase_function.h"
@@ -616,20 +615,6 @@ TEST(Media, images_do_not_depend_on_threads) {
   set_camera(d, Vec3(0, -5, 0), Vec3(0), 24, 0.3f);
   add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(0.9f), 2.0f, Density::AlongX, 0.3f));
   EXPECT_EQ(render(d, "path", 4, 1, 1), render(d, "path", 4, 1, 2));
-}
-
-TEST(Media, photon_integrators_warn_of_glowing_volumes) {
-  for (const bool glows : {false, true}) {
-    SceneDescription d = through_a_cube();
-    add_cube(d, glows ? add_glow(d, 1.0f, 0.5f, Density::Constant)
-                      : add_volume(d, "ShaderNodeVolumeScatter", Color(0.9f), 1.0f));
-    for (const char* integrator : {"photon_map", "mps", "bdpt", "path"}) {
-      const RenderPlan plan = make_render_plan(*build(d), find_integrator(integrator));
-      bool warns = false;
-      for (const std::string& warning : plan.warnings) warns |= warning.find("glowing volumes") != std::string::npos;
-      EXPECT_EQ(warns, glows && find_integrator(integrator).gathers_photons) << integrator;
-    }
-  }
 }
 
 TEST(Media, a_scene_without_volumes_has_no_media) {
