@@ -167,8 +167,9 @@ class PathWalk {
     if constexpr (kMedia)
       if (medium_.chose)
         return weight_of_hit_in_medium(
-            scene_, {previous_.position, medium_.chosen_from, previous_.bsdf_pdf, previous_.receiver_set}, light, wi,
-            position, normal);
+            scene_,
+            {previous_.position, medium_.chosen_from, previous_.bsdf_pdf, previous_.receiver_set, walk_.ray.time},
+            light, wi, position, normal);
     const float weight = direct_light_.weight_of_hit(scene_, previous_, light, wi, position, normal);
     if constexpr (kGuided) guided_.hit_weight = weight;
     return weight;
@@ -388,6 +389,7 @@ class PathWalk {
     previous_.position = point.position;
     previous_.normal = bsdf.receiving_normal();
     previous_.receiver_set = receiver_set(point);
+    previous_.time = point.time;
     walk_.leave_along(sample->wi);
     return true;
   }

@@ -35,7 +35,7 @@ size_t LightSet::tree_bytes() const {
 size_t LightSet::environment_bytes() const { return data_->environment.table_bytes(); }
 double LightSet::total_power() const { return data_->by_power.total(); }
 
-Light LightSet::light(uint32_t index) const {
+Light LightSet::light(uint32_t index, float time) const {
   const Data& d = *data_;
   if (d.is_lamp(index)) return d.lamps[index];
   Light light;
@@ -53,7 +53,7 @@ Light LightSet::light(uint32_t index) const {
   light.type = LightType::Triangle;
   light.instance = block.instance;
   light.primitive = index - block.first;
-  const WorldTriangle triangle = world_triangle(d.meshes[instance.mesh], instance, light.primitive);
+  const WorldTriangle triangle = world_triangle(d.meshes[instance.mesh], instance, light.primitive, time);
   light.position = triangle.p0;
   light.edge1 = triangle.e1;
   light.edge2 = triangle.e2;
@@ -61,6 +61,19 @@ Light LightSet::light(uint32_t index) const {
   light.area = triangle.area;
   light.radiance = d.emission_of(block, light.primitive).radiance;
   return light;
+}
+
+bool LightSet::moves(uint32_t index) const {
+  const Data& d = *data_;
+  if (d.is_lamp(index) || d.is_environment(index)) return false;
+  const BuiltInstance& instance = d.instances[d.block_of(index).instance];
+  return ajar::moves(d.meshes[instance.mesh], instance);
+}
+
+bool LightSet::any_moves() const {
+  const Data& d = *data_;
+  return std::any_of(d.blocks.begin(), d.blocks.end(),
+                     [&](const Data::TriangleBlock& block) { return moves(block.first); });
 }
 
 LightFlags LightSet::flags(uint32_t index) const {
@@ -176,7 +189,7 @@ std::vector<LightSet::SourceRange> LightSet::sources() const {
     uint32_t counted = 0;
     for (uint32_t t = 0; t < block.count; t += step, ++counted) {
       const WorldTriangle triangle = world_triangle(d.meshes[d.instances[block.instance].mesh],
-                                                    d.instances[block.instance], t);
+                                                    d.instances[block.instance], t, kMidShutter);
       center += triangle.p0 + (triangle.e1 + triangle.e2) / 3.0f;
     }
     sources.push_back({block.first, block.count, center / float(counted), false});

@@ -26,6 +26,7 @@
 
 #include "geometry/geometry.h"
 #include "lights/light.h"
+#include "lights/triangle_light.h"
 #include "shading/shader_program.h"
 
 namespace ajar {
@@ -61,8 +62,11 @@ class LightSet {
   bool empty() const { return size() == 0; }
   /// Lamps are the lights below this index.
   uint32_t lamp_count() const;
-  /// Made on request for triangles; use `flags` at every sample.
-  Light light(uint32_t index) const;
+  /// Made on request for triangles, which can move: at a time of the shutter interval. Use `flags` at every sample.
+  Light light(uint32_t index, float time = kMidShutter) const;
+  /// Whether it is a triangle of an object that moves.
+  bool moves(uint32_t index) const;
+  bool any_moves() const;
   LightFlags flags(uint32_t index) const;
   int environment_index() const;  ///< -1 when the world is black
   bool has_distant_disks() const { return !distant_disks().empty(); }
@@ -123,7 +127,7 @@ class LightSet {
   std::optional<LightSample> sample_li(uint32_t index, Vec3 p, Vec2 u, float time, uint32_t ray_kind = 0) const;
   /// Density with which sample_li chooses the direction `wi` that reaches the light at `distance`, where its geometric
   /// normal is `light_normal`.
-  float pdf_li(uint32_t index, Vec3 p, Vec3 wi, float distance, Vec3 light_normal) const;
+  float pdf_li(uint32_t index, Vec3 p, Vec3 wi, float distance, Vec3 light_normal, float time) const;
   /// Radiance that leaves lamp `index` from `position` towards `wo` (with spot cone, spread and shader). `position` is
   /// not used for suns. `distance` is the distance to the lit point, which shaders can read (Light Falloff), except
   /// those of suns.
@@ -148,7 +152,7 @@ class LightSet {
   struct LePdf {
     float pdf_area, pdf_solid_angle;
   };
-  LePdf pdf_le(uint32_t index, Vec3 position, Vec3 normal, Vec3 direction) const;
+  LePdf pdf_le(uint32_t index, Vec3 normal, Vec3 direction, float time) const;
 
  private:
   struct Data;

@@ -99,6 +99,25 @@ void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& dia
   weights.push_back(1.0);
 }
 
+namespace {
+
+/// Bounds of a triangle that emits `watts`, over the shutter interval. They decide how often a light is chosen, so that a
+/// few times are enough.
+LightBounds bounds_in_motion(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive, float watts) {
+  constexpr size_t kMaxTimes = 8;
+  const auto at = [&](float time, float share) {
+    return triangle_bounds(world_triangle(mesh, instance, primitive, time), share * watts);
+  };
+  if (!moves(mesh, instance)) return at(kMidShutter, 1.0f);
+  const size_t keys = std::max<size_t>(instance.motion_count, mesh.deformation ? mesh.deformation->keys.size() : 0),
+               times = std::clamp<size_t>(keys, 2, kMaxTimes);
+  LightBounds all = at(0.0f, 1.0f / float(times));
+  for (size_t k = 1; k < times; ++k) all = join(all, at(float(k) / float(times - 1), 1.0f / float(times)));
+  return all;
+}
+
+}  // namespace
+
 /// Of the lights of these sources, with the watts of each light.
 LightChooser LightSet::Data::make_chooser(const std::vector<Source>& sources, const std::vector<double>& watts,
                                           bool has_media) const {
@@ -123,8 +142,8 @@ LightChooser LightSet::Data::make_chooser(const std::vector<Source>& sources, co
       entries.resize(start + s.count);
       tbb::parallel_for(tbb::blocked_range<uint32_t>(0, s.count, 4096), [&](const tbb::blocked_range<uint32_t>& range) {
         for (uint32_t t = range.begin(); t != range.end(); ++t) {
-          entries[start + t] = {s.first + t, triangle_bounds(world_triangle(meshes[instance.mesh], instance, t),
-                                                             float(watts[s.first + t]))};
+          entries[start + t] = {s.first + t,
+                                bounds_in_motion(meshes[instance.mesh], instance, t, float(watts[s.first + t]))};
           let_grow(entries[start + t].bounds, s.growth, kFar * scene_radius);
         }
       });

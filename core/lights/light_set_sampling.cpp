@@ -19,7 +19,7 @@ std::optional<LightSample> LightSet::sample_li(uint32_t index, Vec3 p, Vec2 u, f
   const uint32_t primitive = index - block.first;
   const BuiltInstance& instance = d.instances[block.instance];
   const BuiltMesh& mesh = d.meshes[instance.mesh];
-  const WorldTriangle triangle = world_triangle(mesh, instance, primitive);
+  const WorldTriangle triangle = world_triangle(mesh, instance, primitive, time);
   const TriangleSample on_triangle = sample_triangle_li(triangle, p, u);
   if (!(on_triangle.pdf_solid_angle > 0.0f)) return std::nullopt;
   s.wi = on_triangle.wi;
@@ -27,23 +27,22 @@ std::optional<LightSample> LightSet::sample_li(uint32_t index, Vec3 p, Vec2 u, f
   s.pdf_solid_angle = on_triangle.pdf_solid_angle;
   s.position = p + s.wi * s.distance;
   s.normal = triangle.normal;
-  s.position_error = triangle_position_error(mesh, instance, primitive);
+  s.position_error = triangle_position_error(mesh, instance, primitive, time);
   s.blockers = block.blockers;
   const Data::SlotEmission& emission = d.emission_of(block, primitive);
   if (emission.constant) {
     s.radiance = emission.radiance;
   } else {
-    ShadingPoint point = triangle_point(d.objects[instance.object], mesh, instance, primitive, triangle,
+    ShadingPoint point = triangle_point(d.objects[instance.object],
+                                        {mesh, instance, primitive, triangle, time, s.distance},
                                         on_triangle.barycentric, -s.wi);
-    point.time = time;
     point.ray_kind = ray_kind;
-    point.ray_length = s.distance;
     s.radiance = emission.program->evaluate_emission(point);
   }
   return s;
 }
 
-float LightSet::pdf_li(uint32_t index, Vec3 p, Vec3 wi, float distance, Vec3 light_normal) const {
+float LightSet::pdf_li(uint32_t index, Vec3 p, Vec3 wi, float distance, Vec3 light_normal, float time) const {
   const Data& d = *data_;
   if (d.is_lamp(index)) {
     const Light& lamp = d.lamps[index];
@@ -53,7 +52,7 @@ float LightSet::pdf_li(uint32_t index, Vec3 p, Vec3 wi, float distance, Vec3 lig
   if (d.is_environment(index)) return d.environment.pdf_solid_angle(wi);
   const Data::TriangleBlock& block = d.block_of(index);
   const BuiltInstance& instance = d.instances[block.instance];
-  const WorldTriangle triangle = world_triangle(d.meshes[instance.mesh], instance, index - block.first);
+  const WorldTriangle triangle = world_triangle(d.meshes[instance.mesh], instance, index - block.first, time);
   return pdf_triangle_li(triangle, p, wi, distance);
 }
 
@@ -100,7 +99,7 @@ std::optional<LightRay> LightSet::sample_le(uint32_t index, Vec2 u_position, Vec
   const uint32_t primitive = index - block.first;
   const BuiltInstance& instance = d.instances[block.instance];
   const BuiltMesh& mesh = d.meshes[instance.mesh];
-  const WorldTriangle triangle = world_triangle(mesh, instance, primitive);
+  const WorldTriangle triangle = world_triangle(mesh, instance, primitive, time);
   if (!(triangle.area > 0.0f)) return std::nullopt;
   const Vec2 barycentric = warp::square_to_triangle(u_position);
   // Half of the random numbers for each side.
@@ -116,14 +115,14 @@ std::optional<LightRay> LightSet::sample_le(uint32_t index, Vec2 u_position, Vec
   if (!(r.pdf_solid_angle > 0.0f)) return std::nullopt;
   const Data::SlotEmission& emission = d.emission_of(block, primitive);
   if (!emission.program) return std::nullopt;
+  const SeenTriangle seen{mesh, instance, primitive, triangle, time, 0.0f};
   r.radiance = emission.constant ? emission.radiance
-                                 : emission.program->evaluate_emission(triangle_point(d.objects[instance.object], mesh,
-                                                                                      instance, primitive, triangle,
-                                                                                      barycentric, r.ray.direction));
+                                 : emission.program->evaluate_emission(
+                                       triangle_point(d.objects[instance.object], seen, barycentric, r.ray.direction));
   return r;
 }
 
-LightSet::LePdf LightSet::pdf_le(uint32_t index, Vec3, Vec3 normal, Vec3 direction) const {
+LightSet::LePdf LightSet::pdf_le(uint32_t index, Vec3 normal, Vec3 direction, float time) const {
   const Data& d = *data_;
   LePdf pdf{0.0f, 0.0f};
   if (d.is_lamp(index)) {
@@ -135,7 +134,7 @@ LightSet::LePdf LightSet::pdf_le(uint32_t index, Vec3, Vec3 normal, Vec3 directi
   if (d.is_environment(index)) return {kInvPi / sqr(d.scene_radius), d.environment.pdf_solid_angle(-direction)};
   const Data::TriangleBlock& block = d.block_of(index);
   const BuiltInstance& instance = d.instances[block.instance];
-  const WorldTriangle triangle = world_triangle(d.meshes[instance.mesh], instance, index - block.first);
+  const WorldTriangle triangle = world_triangle(d.meshes[instance.mesh], instance, index - block.first, time);
   if (!(triangle.area > 0.0f)) return pdf;
   return {1.0f / triangle.area, 0.5f * kInvPi * abs_dot(triangle.normal, direction)};
 }

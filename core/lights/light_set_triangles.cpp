@@ -73,8 +73,7 @@ std::vector<LightSet::Data::Pending> LightSet::Data::gather_blocks(const LightBu
                   {Diagnostic::Severity::Warning, in.objects[instance.object].name,
                    mesh.strands ? "The object's hair emits light, which only random rays find: expect noise."
                                 : "The point cloud emits light, which only random rays find: expect noise."});
-    // Only a ray at its time finds the positions of the triangles of a moving object.
-    if (!emits || count == 0 || instance.motion || mesh.deforms()) continue;
+    if (!emits || count == 0) continue;
     if (triangles + count > 0x7fffffffu) {
       report_once(diagnostics, {Diagnostic::Severity::Error, in.objects[instance.object].name,
                                 "Too many emissive triangles; the object is not used as a light."});
@@ -126,9 +125,10 @@ void LightSet::Data::find_luminances(const LightBuildInput& in, std::vector<Pend
     for (uint32_t t = chunks[c].begin; t != chunks[c].end; ++t) {
       const SlotEmission& emission = emission_of(pending.block, t);
       if (!emission.program || emission.constant) continue;
-      const WorldTriangle triangle = world_triangle(mesh, instance, t);
-      (*pending.luminances)[t] = float(luminous(mean_emission(
-          *emission.program, in.objects[instance.object], {mesh, instance, t, triangle, kFar * scene_radius}, points)));
+      const WorldTriangle triangle = world_triangle(mesh, instance, t, kMidShutter);
+      (*pending.luminances)[t] = float(
+          luminous(mean_emission(*emission.program, in.objects[instance.object],
+                                 {mesh, instance, t, triangle, kMidShutter, kFar * scene_radius}, points)));
     }
   });
 }
@@ -145,7 +145,7 @@ void LightSet::Data::rate(const LightBuildInput& in, std::vector<Pending>& block
     for (uint32_t t = 0; t < pending.block.count; ++t) {
       const SlotEmission& emission = emission_of(pending.block, t);
       if (!emission.program) continue;
-      const float a = world_triangle(in.meshes[instance.mesh], instance, t).area;
+      const float a = world_triangle(in.meshes[instance.mesh], instance, t, kMidShutter).area;
       const double watts = 2.0 * M_PI * double(a) *
                            (emission.constant ? luminous(emission.radiance) : double((*pending.luminances)[t]));
       pending.total += pending.power[t] = std::isfinite(watts) ? watts : 0.0;
@@ -187,10 +187,11 @@ int LightSet::Data::growth_of(const TriangleBlock& block, const LightBuildInput&
   for (uint32_t t = 0; t < block.count; t += std::max(1u, block.count / 64)) {
     const SlotEmission& emission = emission_of(block, t);
     if (!emission.program) continue;
-    const WorldTriangle triangle = world_triangle(mesh, instance, t);
+    const WorldTriangle triangle = world_triangle(mesh, instance, t, kMidShutter);
     const auto mean_at = [&](float distance) {
       const double mean = luminous(mean_emission(*emission.program, in.objects[instance.object],
-                                                 {mesh, instance, t, triangle, distance * scene_radius}, 1));
+                                                 {mesh, instance, t, triangle, kMidShutter, distance * scene_radius},
+                                                 1));
       return std::isfinite(mean) ? mean * double(triangle.area) : 0.0;
     };
     near += mean_at(kNear);

@@ -5,16 +5,18 @@
 
 namespace ajar {
 
-WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive) {
-  const UVec3 v = mesh.triangles[primitive];
+WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive, float time) {
+  const auto [p0, p1, p2] = mesh.corners(primitive, time);
   WorldTriangle t;
-  t.p0 = mesh.positions[v.x];
-  t.e1 = mesh.positions[v.y] - t.p0;
-  t.e2 = mesh.positions[v.z] - t.p0;
+  t.p0 = p0;
+  t.e1 = p1 - p0;
+  t.e2 = p2 - p0;
   if (!mesh.baked) {
-    t.p0 = transform_point(instance.world_from_object, t.p0);
-    t.e1 = transform_vector(instance.world_from_object, t.e1);
-    t.e2 = transform_vector(instance.world_from_object, t.e2);
+    Mat4 moved;
+    const Mat4& m = world_from_object(instance, time, moved);
+    t.p0 = transform_point(m, t.p0);
+    t.e1 = transform_vector(m, t.e1);
+    t.e2 = transform_vector(m, t.e2);
   }
   // Scaled so that tiny and huge triangles stay in the range of floats.
   const float scale = std::max(max_component(glm::abs(t.e1)), max_component(glm::abs(t.e2)));
@@ -29,16 +31,23 @@ WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instanc
   return t;
 }
 
-float triangle_position_error(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive) {
-  const UVec3 v = mesh.triangles[primitive];
-  Vec3 largest = glm::max(glm::abs(mesh.positions[v.x]),
-                          glm::max(glm::abs(mesh.positions[v.y]), glm::abs(mesh.positions[v.z])));
-  if (!mesh.baked) {
-    const Mat4& m = instance.world_from_object;
-    largest = glm::abs(Vec3(m[0])) * largest.x + glm::abs(Vec3(m[1])) * largest.y + glm::abs(Vec3(m[2])) * largest.z +
-              glm::abs(Vec3(m[3]));
+float triangle_position_error(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive, float time) {
+  const auto [p0, p1, p2] = mesh.corners(primitive, time);
+  Vec3 largest = glm::max(glm::abs(p0), glm::max(glm::abs(p1), glm::abs(p2)));
+  if (mesh.deformation) [[unlikely]]
+    largest = glm::max(largest, mesh.deformation->reach(mesh.triangles[primitive], time));
+  const auto reach = [&](const Mat4& m) {
+    return glm::abs(Vec3(m[0])) * largest.x + glm::abs(Vec3(m[1])) * largest.y + glm::abs(Vec3(m[2])) * largest.z +
+           glm::abs(Vec3(m[3]));
+  };
+  if (instance.motion) [[unlikely]] {
+    const KeyPair keys = keys_at(time, instance.motion_count);
+    largest = glm::max(reach(instance.motion[keys.first]), reach(instance.motion[keys.first + 1]));
+  } else if (!mesh.baked) {
+    largest = reach(instance.world_from_object);
   }
-  return gamma_bound(12) * max_component(largest);
+  // Interpolation has rounding errors of its own.
+  return gamma_bound(moves(mesh, instance) ? 24 : 12) * max_component(largest);
 }
 
 TriangleSample sample_triangle_li(const WorldTriangle& t, Vec3 p, Vec2 u) {
@@ -73,8 +82,8 @@ float pdf_triangle_li(const WorldTriangle& t, Vec3 p, Vec3 wi, float distance) {
   return projected > 0.0f ? sqr(distance) / projected : 0.0f;
 }
 
-ShadingPoint triangle_point(const ObjectDescription& object, const BuiltMesh& mesh, const BuiltInstance& instance,
-                            uint32_t primitive, const WorldTriangle& triangle, Vec2 barycentric, Vec3 wo) {
+ShadingPoint triangle_point(const ObjectDescription& object, const SeenTriangle& seen, Vec2 barycentric, Vec3 wo) {
+  const auto& [mesh, instance, primitive, triangle, time, distance] = seen;
   ShadingPoint point;
   point.position = triangle.p0 + barycentric.x * triangle.e1 + barycentric.y * triangle.e2;
   point.dpdu = triangle.e1;
@@ -86,12 +95,15 @@ ShadingPoint triangle_point(const ObjectDescription& object, const BuiltMesh& me
   point.instance = &instance;
   point.object = &object;
   point.ray_kind = 0;
+  point.ray_length = distance;
+  point.time = time;
   Vec3 ns(0.0f);
   if (!mesh.normals.empty()) {
-    const float b0 = 1.0f - barycentric.x - barycentric.y;
-    const UVec3 v = mesh.normal_domain == Domain::Vertex ? mesh.triangles[primitive] : UVec3(0, 1, 2) + 3u * primitive;
-    ns = b0 * mesh.normals[v.x] + barycentric.x * mesh.normals[v.y] + barycentric.y * mesh.normals[v.z];
-    if (!mesh.baked) ns = ns * Mat3(instance.object_from_world);  // row vector: inverse transpose times column
+    const auto [n0, n1, n2] = mesh.corner_normals(primitive, time);
+    ns = (1.0f - barycentric.x - barycentric.y) * n0 + barycentric.x * n1 + barycentric.y * n2;
+    Mat4 moved;
+    // A row vector: the inverse transpose times a column.
+    if (!mesh.baked) ns = ns * Mat3(object_from_world(instance, time, moved));
   }
   const float ns_length = glm::length(ns);
   ns = ns_length > 0.0f ? ns / ns_length : triangle.normal;
@@ -111,10 +123,7 @@ Color mean_emission(const ShaderProgram& program, const ObjectDescription& objec
   for (int i = 0; i < points; ++i)
     for (int side = 0; side < sides; ++side) {
       const Vec3 wo = side == 0 ? seen.triangle.normal : -seen.triangle.normal;
-      ShadingPoint point = triangle_point(object, seen.mesh, seen.instance, seen.primitive, seen.triangle, places[i],
-                                          wo);
-      point.ray_length = seen.distance;
-      sum += program.evaluate_emission(point);
+      sum += program.evaluate_emission(triangle_point(object, seen, places[i], wo));
     }
   return sum / float(points * sides);
 }

@@ -16,10 +16,15 @@ struct WorldTriangle {
   Vec3 normal;      ///< unit; points out of the mesh, also if mirrored; zero for a degenerate triangle
   float area;
 };
-WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive);
+/// At a time of the shutter interval.
+WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive, float time);
+/// The middle of the shutter interval, for estimates.
+inline constexpr float kMidShutter = 0.5f;
+/// Whether its triangles are at other places at other times.
+inline bool moves(const BuiltMesh& mesh, const BuiltInstance& instance) { return instance.motion || mesh.deforms(); }
 
 /// Bound of the rounding error that moves a point of the triangle off its plane, as in shading_point (scene.h).
-float triangle_position_error(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive);
+float triangle_position_error(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive, float time);
 
 /// A point of the triangle sampled for p, and the density of its direction at p. Density 0: no sample.
 struct TriangleSample {
@@ -31,18 +36,17 @@ struct TriangleSample {
 TriangleSample sample_triangle_li(const WorldTriangle& triangle, Vec3 p, Vec2 u);
 float pdf_triangle_li(const WorldTriangle& triangle, Vec3 p, Vec3 wi, float distance);
 
-/// All inputs of a shader at `barycentric` of the triangle, seen from direction `wo`.
-ShadingPoint triangle_point(const ObjectDescription& object, const BuiltMesh& mesh, const BuiltInstance& instance,
-                            uint32_t primitive, const WorldTriangle& triangle, Vec2 barycentric, Vec3 wo);
-
-/// A triangle of an instance, and the distance from which it is seen.
+/// A triangle of an instance, at a time and seen from a distance.
 struct SeenTriangle {
   const BuiltMesh& mesh;
   const BuiltInstance& instance;
   uint32_t primitive;
-  const WorldTriangle& triangle;
-  float distance;
+  const WorldTriangle& triangle;  ///< at the time
+  float time = kMidShutter;
+  float distance = 0.0f;
 };
+/// All inputs of a shader at `barycentric` of the triangle, seen from direction `wo`.
+ShadingPoint triangle_point(const ObjectDescription& object, const SeenTriangle& seen, Vec2 barycentric, Vec3 wo);
 /// Mean emitted radiance over the triangle and both sides, estimated at 4 points or at 1.
 Color mean_emission(const ShaderProgram& program, const ObjectDescription& object, const SeenTriangle& seen,
                     int points);

@@ -81,7 +81,6 @@ inline std::vector<TransportScene> feature_scenes() {
                moved(Vec3(-0.3f, 0.2f, 0.2f), 0.4f));
     d.lights.push_back(lamp);
   });
-  // None of the lights that a technique can choose.
   add("moving_light", [&](SceneDescription& d) {
     add_object(d, sphere(8), add_diffuse(d, Color(0.3f), Color(2.0f, 1.5f, 1.0f)), ball);
     move_instance(d, 1, moved(Vec3(-0.5f, 0.3f, -0.4f), 0.3f), moved(Vec3(0.5f, 0.3f, 0.2f), 0.3f));

@@ -21,5 +21,5 @@ def test_a_part_is_worth_the_median_error_without_it_over_that_of_the_default():
 def test_the_page_counts_the_scenes_in_which_a_part_pays():
     found = scene(default=[1.0], no_PMC_IP=[1.3], no_OCV=[1.1])
     page = ablation.page({"seconds": 10.0, "machine": {"threads": 2}, "scenes": [found, found]})
-    assert "| box | bdpt | 1.30 | – | 1.10 | – |" in page
-    assert "| at least 1.2 | | 2 of 2 | 0 of 0 | 0 of 2 | 0 of 0 |" in page
+    assert "| box | bdpt | 1.10 | 1.30 | – | – |" in page
+    assert "| at least 1.2 | | 0 of 2 | 2 of 2 | 0 of 0 | 0 of 0 |" in page

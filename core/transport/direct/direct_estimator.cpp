@@ -30,7 +30,7 @@ float DirectEstimator::light_pdf_of_hit(const Scene& scene, const DirectVertex& 
                                         Vec3 position, Vec3 normal) const {
   const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
   return mixture_.choice_pmf(v.cell, v.position, v.normal, light) *
-         scene.lights().pdf_li(light, v.position, wi, distance, normal);
+         scene.lights().pdf_li(light, v.position, wi, distance, normal, v.time);
 }
 
 float DirectEstimator::weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position,

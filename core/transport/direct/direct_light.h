@@ -50,6 +50,7 @@ struct DirectVertex {
   bool complete = false;  ///< the estimate at the vertex includes all light, so its BSDF sample contributes none
   uint32_t cell = ~0u;    ///< cell of the learned shares
   uint32_t receiver_set = kEveryLight;
+  float time = 0.0f;  ///< of the path
 };
 
 /// The data of a vertex that weigh the light that its sample hits.
@@ -58,6 +59,7 @@ inline DirectVertex vertex_of(DirectVertex here, const ShadingPoint& point, cons
   here.position = point.position;
   here.normal = bsdf.receiving_normal();
   here.receiver_set = receiver_set(point);
+  here.time = point.time;
   here.bsdf_pdf = sample.specular ? 0.0f : sample.pdf_solid_angle;
   return here;
 }
@@ -146,7 +148,7 @@ class MisDirectLight {
     if (lights.any_partial() && lights.flags(light).partial()) return 0.0f;
     const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
     const float light_pdf = lights.choice_pmf(v.position, v.normal, light, v.receiver_set) *
-                            lights.pdf_li(light, v.position, wi, distance, normal);
+                            lights.pdf_li(light, v.position, wi, distance, normal, v.time);
     return power_heuristic(v.bsdf_pdf, light_pdf);
   }
 };

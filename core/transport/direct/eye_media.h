@@ -51,8 +51,8 @@ class EyeMedia {
   /// Whether a phase function chose the present direction, and the weight of a light that it hits.
   bool chose_direction() const { return chose_; }
   float weight_of_hit(const EyeWalk& walk, uint32_t light, Vec3 position, Vec3 normal) const {
-    return weight_of_hit_in_medium(scene_, {place_, place_, pdf_, receiver_set_}, light, walk.ray.direction, position,
-                                   normal);
+    return weight_of_hit_in_medium(scene_, {place_, place_, pdf_, receiver_set_, walk.ray.time}, light,
+                                   walk.ray.direction, position, normal);
   }
   /// A surface has chosen the direction.
   void scattered_at_surface() { chose_ = false; }

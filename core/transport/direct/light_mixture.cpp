@@ -156,13 +156,13 @@ void LightMixture::draw_direction(const Estimate& estimate, int component, float
   out.wi = wi;
   if (is_black(f_cos)) return;
   const LightSet& lights = scene_.lights();
-  for_each_light_along(scene_, c.point, wi, kind, estimate.rays,
-                       [&](uint32_t light, Color radiance, Vec3 normal, float distance) {
-                         if (is_black(radiance)) return;
-                         const float pdf_light = lights.pdf_li(light, c.point.position, wi, distance, normal);
-                         add_found(densities(c, k, {light, wi, pdf_light, true}, out.pdf_lobes), f_cos * radiance,
-                                   estimate.power, true, out);
-                       });
+  for_each_light_along(
+      scene_, c.point, wi, kind, estimate.rays, [&](uint32_t light, Color radiance, Vec3 normal, float distance) {
+        if (is_black(radiance)) return;
+        const float pdf_light = lights.pdf_li(light, c.point.position, wi, distance, normal, c.point.time);
+        add_found(densities(c, k, {light, wi, pdf_light, true}, out.pdf_lobes), f_cos * radiance, estimate.power, true,
+                  out);
+      });
 }
 
 LightCutCache::Choice LightMixture::choose_light(uint32_t cell, const DirectLightContext& c, float u) const {

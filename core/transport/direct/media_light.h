@@ -95,6 +95,7 @@ struct MediumVertex {
   Vec3 chosen_from;  ///< lights were chosen for there
   float phase_pdf;   ///< of the direction travelled
   uint32_t receiver_set;
+  float time;  ///< of the path
 };
 
 /// The weight of light that the sample of the phase function at `v` has found.
@@ -105,7 +106,7 @@ inline float weight_of_hit_in_medium(const Scene& scene, const MediumVertex& v, 
   if (lights.any_linked() && !lights.flags(light).lights(v.receiver_set)) return 0.0f;
   const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
   return power_heuristic(v.phase_pdf, lights.choice_pmf(v.chosen_from, Vec3(0.0f), light, v.receiver_set) *
-                                          lights.pdf_li(light, v.position, wi, distance, normal));
+                                          lights.pdf_li(light, v.position, wi, distance, normal, v.time));
 }
 
 /// Direct light at a point where the path scatters.

@@ -80,18 +80,24 @@ class Attacher {
 
   bool find_light() {
     const LightSet& lights = scene_.lights();
-    float nearest = kInfinity;
+    float nearest = kInfinity, nearest_moving = kInfinity;
     Vec3 start(0.0f);
     for (uint32_t i = 0; i < lights.size(); ++i) {
       if (!(lights.power_pmf(i) > 0.0f)) continue;
       const auto on_light = nearest_on(lights.light(i), d_.points[0]);
       if (!on_light) continue;
       const float distance = glm::length(*on_light - d_.points[0]);
-      if (distance < nearest) nearest = distance, start = *on_light, hint_.light = i;
+      if (lights.moves(i))
+        nearest_moving = std::min(nearest_moving, distance);
+      else if (distance < nearest)
+        nearest = distance, start = *on_light, hint_.light = i;
     }
-    if (!(nearest < kInfinity)) return fail("there is no lamp or emitting surface to start from");
+    if (!(std::min(nearest, nearest_moving) < kInfinity))
+      return fail("there is no lamp or emitting surface to start from");
     const float first = glm::length(d_.points[1] - d_.points[0]);
-    if (nearest > 0.5f * first) return fail("no light is near its first point");
+    if (nearest > 0.5f * first)
+      return fail(nearest_moving > 0.5f * first ? "no light is near its first point"
+                                                : "the light near its first point moves");
     add(start, HintSegmentState::Attached);
     for (const LightSet::SourceRange& source : lights.sources()) {
       if (hint_.light < source.first || hint_.light - source.first >= source.count) continue;

@@ -235,7 +235,7 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   if (light.light < 0) return end;  // it emits but is not in the list of lights
   const uint32_t index = uint32_t(light.light);
   end.partial = lights.any_partial() && lights.flags(index).partial();
-  const LightSet::LePdf le = lights.pdf_le(index, light.position(), light.point.ng, edge.to_eye);
+  const LightSet::LePdf le = lights.pdf_le(index, light.point.ng, edge.to_eye, light.point.time);
   const float probability = lights.power_pmf(index);
   const bool parallel = light.delta && light.distant;
   end.pdf_origin = probability * (light.distant ? (parallel ? 1.0f : le.pdf_solid_angle) : le.pdf_area);
@@ -250,7 +250,9 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
       end.pdf_sampled = choice;
     } else {
       const float distance = light.distant ? kInfinity : 1.0f / std::sqrt(edge.inverse_square);
-      end.pdf_sampled = choice * lights.pdf_li(index, next.position(), -edge.to_eye, distance, light.point.ng) *
+      end.pdf_sampled = choice *
+                        lights.pdf_li(index, next.position(), -edge.to_eye, distance, light.point.ng,
+                                      light.point.time) *
                         edge.to_light_area();
     }
   }

@@ -122,7 +122,7 @@ void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 n
   reset(light, VertexKind::Light);
   light.light = int(index);
   if (flags.type == LightType::Triangle) {
-    const Light triangle = lights.light(index);
+    const Light triangle = lights.light(index, time);
     Hit hit;
     hit.instance = triangle.instance;
     hit.primitive = triangle.primitive;

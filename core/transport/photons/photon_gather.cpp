@@ -22,7 +22,7 @@ constexpr float kNear = 1.0f;
 
 /// Where a ray of this density starts.
 DirectVertex origin_at(const ShadingPoint& point, Vec3 normal, float pdf) {
-  return {point.position, normal, pdf, false, ~0u, receiver_set(point)};
+  return {point.position, normal, pdf, false, ~0u, receiver_set(point), point.time};
 }
 
 /// Density that competes with light sampling for the light that this sample's ray hits; 0: light sampling cannot find it.

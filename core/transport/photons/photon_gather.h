@@ -8,7 +8,7 @@
 //   L D S* E               light sampled at the first rough vertex, combined by MIS with gather rays that hit the light
 //   L S+ D S* E            caustic map
 //   L (D|S)* D S* D S* E   gather rays through sharp chains to the next rough vertex, and the global map there
-// Volumes that glow and surfaces that are not among the lights (hair, points, moving objects) send no photons. Walks find
+// Volumes that glow and surfaces that are not among the lights (hair, points) send no photons. Walks find
 // them: along the chains and gather rays above, and beyond by a path that goes on from the end of one gather ray of each
 // first surface in the mean.
 #pragma once

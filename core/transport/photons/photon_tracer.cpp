@@ -49,7 +49,7 @@ Ray leave_light(const LightSet& lights, uint32_t index, const LightRay& start) {
   const LightFlags flags = lights.flags(index);
   if (flags.soft) ray.origin = soft_lamp_start(lights.light(index), ray.origin, ray.direction);
   if (flags.type != LightType::Triangle) return ray;
-  const Light light = lights.light(index);
+  const Light light = lights.light(index, ray.time);
   const Vec3 extent = glm::abs(light.position) + glm::abs(light.edge1) + glm::abs(light.edge2);
   const float error = 16.0f * 0x1p-24f * max_component(extent);
   ray.origin += start.normal * (glm::dot(start.normal, ray.direction) < 0.0f ? -error : error);
@@ -117,7 +117,7 @@ class BlockTracer {
     r.radiance = light_.program
                      ? light_.shading.emission
                      : lights.lamp_radiance(light, start.position, start.direction, emission_.time, kUsualDistance);
-    const LightSet::LePdf pdf = lights.pdf_le(light, start.position, light_.point.ng, start.direction);
+    const LightSet::LePdf pdf = lights.pdf_le(light, light_.point.ng, start.direction, emission_.time);
     r.pdf_area = pdf.pdf_area;
     r.pdf_solid_angle = pdf.pdf_solid_angle;
     if (is_sphere(lights.flags(light).type) && !(glm::dot(r.normal, start.direction) > 0.0f)) return {};

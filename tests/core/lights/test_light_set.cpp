@@ -130,7 +130,7 @@ Map map_of(const LightSet& lights, uint32_t index, Vec3 p) {
 Density density_of(const LightSet& lights, uint32_t index, Vec3 p) {
   return [&lights, index, p](Vec3 w) -> double {
     const auto hit = crossing(lights, index, p, w);
-    return hit ? lights.pdf_li(index, p, w, hit->distance, hit->normal) : 0.0f;
+    return hit ? lights.pdf_li(index, p, w, hit->distance, hit->normal, 0.0f) : 0.0f;
   };
 }
 
@@ -236,7 +236,7 @@ TEST(LightSet, samples_report_the_values_of_pdf_li_and_radiance) {
       if (s->distance < kInfinity) {
         ASSERT_LT(glm::length(c.p + s->wi * s->distance - s->position), 1e-5f * (1.0f + s->distance)) << c.name;
       }
-      const float pdf = lights.pdf_li(0, c.p, s->wi, s->distance, s->normal);
+      const float pdf = lights.pdf_li(0, c.p, s->wi, s->distance, s->normal, 0.0f);
       if (pdf > 0.0f) {  // zero where the sample was rounded over an edge
         ASSERT_NEAR(s->pdf_solid_angle / pdf, 1.0f, 2e-3f) << c.name;
       }
@@ -548,7 +548,7 @@ TEST(LightSet, emitted_rays_have_the_total_power_and_report_their_density) {
       const LightType type = lights.flags(choice.light).type;
       const float cosine = is_delta(type) || is_distant(type) ? 1.0f : std::abs(glm::dot(r->normal, r->ray.direction));
       power.add(luminance(r->radiance) * cosine / (double(r->pdf_area) * r->pdf_solid_angle * choice.pmf));
-      const auto pdf = lights.pdf_le(choice.light, r->ray.origin, r->normal, r->ray.direction);
+      const auto pdf = lights.pdf_le(choice.light, r->normal, r->ray.direction, 0.0f);
       ASSERT_NEAR(pdf.pdf_area / r->pdf_area, 1.0f, 1e-4f) << name;
       if (type != LightType::DistantDelta && pdf.pdf_solid_angle > 0.0f) {
         ASSERT_NEAR(pdf.pdf_solid_angle / r->pdf_solid_angle, 1.0f, 1e-3f) << name;
@@ -580,7 +580,7 @@ TEST(LightSet, directions_of_emitted_rays_follow_their_density) {
     const Vec3 normal = any ? any->normal : warp::square_to_sphere(u);
     const auto density = [&](Vec3 w) -> double {
       if (sphere && !(glm::dot(w, normal) > 0.0f)) return 0.0;
-      return lights.pdf_le(index, Vec3(0.0f), normal, w).pdf_solid_angle;
+      return lights.pdf_le(index, normal, w, 0.0f).pdf_solid_angle;
     };
     DensityTest test{
         .sample_count = 30000, .bin_count = 64, .outside_fraction = 1e-3, .level = {.test_count = int(kinds.size())}};
@@ -878,7 +878,7 @@ TEST(LightSet, extreme_points_and_lights_give_finite_samples_or_none) {
           EXPECT_TRUE(is_finite(s->wi) && is_finite(s->radiance) && s->pdf_solid_angle > 0.0f &&
                       std::isfinite(s->pdf_solid_angle) && s->distance > 0.0f)
               << "light type " << int(scene->lights().flags(0).type) << " at " << p.x << " " << p.y << " " << p.z;
-          const float pdf = scene->lights().pdf_li(0, p, s->wi, s->distance, s->normal);
+          const float pdf = scene->lights().pdf_li(0, p, s->wi, s->distance, s->normal, 0.0f);
           EXPECT_TRUE(pdf >= 0.0f && std::isfinite(pdf));
         }
   }
@@ -928,11 +928,11 @@ TEST(LightSet, every_direction_of_a_textured_world_can_be_sampled) {
   for (int i = 0; i < 100000; ++i) {
     const float x = rng.next_float();
     const Vec3 wi = warp::square_to_sphere({x, rng.next_float()});
-    ASSERT_GT(lights.pdf_li(0, Vec3(0.0f), wi, kInfinity, -wi), 0.0f);
+    ASSERT_GT(lights.pdf_li(0, Vec3(0.0f), wi, kInfinity, -wi, 0.0f), 0.0f);
     brute.add(lights.environment_radiance(wi, 0).x * std::max(0.0f, wi.z) * 4.0 * M_PI);
   }
   for (Vec3 pole : {Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(-1, 0, 0)})
-    EXPECT_GT(lights.pdf_li(0, Vec3(0.0f), pole, kInfinity, -pole), 0.0f);
+    EXPECT_GT(lights.pdf_li(0, Vec3(0.0f), pole, kInfinity, -pole, 0.0f), 0.0f);
   EXPECT_TRUE(means_agree(brute, sampled));
 }
 

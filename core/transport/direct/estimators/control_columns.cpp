@@ -27,7 +27,8 @@ ControlColumns::ControlColumns(const Scene& scene, const LightGroups& groups, bo
   const LightSet& lights = scene.lights();
   size_t total = 0;
   for (int g = 0; g < groups.size(); ++g) total += groups.lights(g).size();
-  possible_ = total > 0 && total <= kMaxControlledLights && groups_cover(lights, groups, scene.center());
+  possible_ = total > 0 && total <= kMaxControlledLights && !lights.any_moves() &&
+              groups_cover(lights, groups, scene.center());
   if (!possible_) return;
   for (int g = 0; g < groups.size(); ++g) {
     for (uint32_t light : groups.lights(g)) {
@@ -91,7 +92,7 @@ ControlSample ControlColumns::sample(const DirectLightContext& c, const LightMix
     const int g = groups_.group_of(light_indices_[i]);
     const float pdf = groups_.pmf_in_group(light_indices_[i]) *
                       scene_.lights().pdf_li(light_indices_[i], c.point.position, draw.wi, crossing->distance,
-                                             crossing->normal);
+                                             crossing->normal, c.point.time);
     if (!(pdf > 0.0f)) continue;
     const float alpha = k.alpha[size_t(kFirstGroup + g)];
     mixture += alpha * pdf;

@@ -49,6 +49,26 @@ HintDescription hint(const std::string& name, std::vector<Vec3> points) {
 
 }  // namespace
 
+TEST(Hints, do_not_attach_to_a_light_that_moves) {
+  for (const bool moves : {false, true}) {
+    SceneDescription d = two_sides();
+    d.lights.clear();
+    const Mat4 first = moved(Vec3(-1, 0, 0.5f), 0.1f), last = moved(Vec3(-1, 0.5f, 0.5f), 0.1f);
+    add_object(d, sphere(6), add_diffuse(d, Color(0.0f), Color(5.0f)), first);
+    if (moves) {
+      d.instances.back().first_motion_key = 0;
+      d.instances.back().motion_key_count = 2;
+      d.motion_keys = {rows(first), rows(last)};
+    }
+    d.hints.push_back(hint("Through", {{-0.9f, 0, 0.5f}, {-0.5f, 0, 0.2f}, {0, 1, 0.5f}}));
+    std::vector<HintReport> reports;
+    Hints::attach(*build(d), reports);
+    ASSERT_EQ(reports.size(), 1u);
+    EXPECT_EQ(reports[0].attached, !moves) << reports[0].reason;
+    EXPECT_EQ(reports[0].reason == "the light near its first point moves", moves) << reports[0].reason;
+  }
+}
+
 TEST(Hints, attach_to_the_nearest_light_and_to_the_surfaces_at_their_points) {
   SceneDescription d = two_sides();
   d.hints.push_back(hint("Bounce", {{-0.9f, 0, 0.5f}, {-1.5f, 0.2f, 0.01f}, {0, 1, 0.5f}}));
