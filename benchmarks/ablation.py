@@ -105,7 +105,7 @@ def table(scenes: list[dict], variants: tuple[Variant, ...], key: str) -> list[s
 
 def page(results: dict) -> str:
     scenes = results["scenes"]
-    seeds = max(run["seed"] for found in scenes for run in found["runs"])
+    seeds = sorted({max(run["seed"] for run in found["runs"]) for found in scenes})
     lines = ["# What each part of a default render is worth", "",
              "The relMSE without a part over that of the default render, at equal CPU time. More than 1: the part makes the error smaller.", "",
              "## The picture that the artist keeps, denoised", "", *table(scenes, PARTS, "relmse"), "",
@@ -113,7 +113,7 @@ def page(results: dict) -> str:
              "## Estimators of the thesis in place of the default, denoised", "", "More than 1: the default has the smaller error.", "", *table(scenes, INSTEAD, "relmse"), "",
              "## Before denoising", "", *table(scenes, INSTEAD, "noisy"), "", "## Method", "",
              f"`benchmarks/ablation.py` writes this page; do not edit it. {results['seconds']:g} CPU seconds for rendering and denoising, without export and build, on "
-             f"{results['machine']['threads']} threads; {seeds} seeds, medians. relMSE is mean((I−R)²/(R²+0.01)), from which the variance of the reference is subtracted. "
+             f"{results['machine']['threads']} threads; {' or '.join(map(str, seeds))} seeds, medians: differences of 15 % are noise. relMSE is mean((I−R)²/(R²+0.01)), from which the variance of the reference is subtracted. "
              "*technique* is what `auto` took in the default renders. The variants:", "",
              *(f"* **{variant.name}**: {variant.what}." for variant in (DEFAULT, *PARTS, *INSTEAD)), "", "## Machine", "",
              *(f"* {key}: {value}" for key, value in results["machine"].items())]

@@ -1465,6 +1465,19 @@ add("motion", "deform_displaced", "a displaced ball that a shape key stretches",
 add("motion", "deform_displaced_flat", "the same with flat faces", stretched_flat_waves)
 
 
+@feature("motion", "motion_emission", "a glowing ball that moves")
+def _(stage):
+    stage.material([stage.ball], tools.emission("Ball", (1, 0.6, 0.3), 3.0))
+    in_motion(stage, stage.ball)
+
+
+@feature("motion", "deform_emission", "a glowing ball that a shape key stretches and that moves")
+def _(stage):
+    stage.material([stage.ball], tools.emission("Ball", (1, 0.6, 0.3), 3.0))
+    shape_key(stage, stage.ball, lambda p: (p.x * 1.6, p.y, p.z * 0.5))
+    in_motion(stage, stage.ball)
+
+
 @feature("motion", "motion_start", "a ball that moves while the shutter is open after the frame")
 def _(stage):
     in_motion(stage, stage.ball)
