@@ -65,10 +65,11 @@ inline float lamp_position_error(Vec3 position) { return gamma_bound(8) * max_co
 
 struct LightRay {
   Ray ray;
-  Color radiance;         ///< intensity for delta positions, irradiance for the delta sun
-  Vec3 normal;            ///< of the light; direction of travel for delta positions and distant lights
-  float pdf_area;         ///< of the origin (1 for delta positions)
-  float pdf_solid_angle;  ///< of the direction (1 for the delta sun)
+  Color radiance;          ///< intensity for delta positions, irradiance for the delta sun; at kUsualDistance
+  Vec3 normal;             ///< of the light; direction of travel for delta positions and distant lights
+  Vec2 barycentric{0.0f};  ///< of the origin on a triangle
+  float pdf_area;          ///< of the origin (1 for delta positions)
+  float pdf_solid_angle;   ///< of the direction (1 for the delta sun)
 };
 
 inline constexpr uint64_t kAllReceivers = ~uint64_t(0);
@@ -101,6 +102,9 @@ struct LightFlags {
   /// Rays of sharp lobes see the light if it is visible to their kind, and if nothing is in front of it.
   bool partial() const { return (visibility & 14u) != 14u || blockers != kVisibleShadow; }
   bool lights(uint32_t receiver_set) const { return lights_set(receivers, receiver_set); }
+  /// Whether paths can start at the light. A ray from a light that some objects do not block cannot tell which of the
+  /// surfaces along it the light reaches: all of them.
+  bool starts_walks() const { return cast_shadow && blockers == kVisibleShadow; }
 };
 
 /// One light as data; only the members for its type are set.

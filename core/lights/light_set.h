@@ -99,6 +99,8 @@ class LightSet {
   uint64_t fingerprint() const;
   /// Whether there is a light that only some kinds of lobes see.
   bool any_partial() const;
+  /// Whether no path starts at some light (LightFlags::starts_walks).
+  bool any_without_walks() const;
   bool took_environment_over() const;
   /// Whether a light does not light all objects. Then `choose` for the receiver set of an object chooses among the lights
   /// that light it.
@@ -148,6 +150,10 @@ class LightSet {
   /// Rays that leave lights, for photons and bidirectional paths. They start only from the outside of spheres.
   Choice choose_by_power(float u) const;
   float power_pmf(uint32_t light) const;
+  /// Whether its shader depends on the distance of the lit point, and the radiance of a ray of sample_le at a point at this
+  /// distance, over that at kUsualDistance.
+  bool depends_on_distance(uint32_t index) const;
+  Color falloff(uint32_t index, const LightRay& ray, float distance) const;
   std::optional<LightRay> sample_le(uint32_t index, Vec2 u_position, Vec2 u_direction, float time) const;
   struct LePdf {
     float pdf_area, pdf_solid_angle;

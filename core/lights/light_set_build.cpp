@@ -68,6 +68,7 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
     any_limited |= light.max_bounces < in.description.settings.bounces.total;
     any_partial |= !is_black(light.radiance) &&
                    (LightFlags{light.type, light.visibility}.partial() || light.blockers != kVisibleShadow);
+    any_without_walks |= !light.cast_shadow || light.blockers != kVisibleShadow;
     lamps.push_back(light);
   }
 }

@@ -144,7 +144,7 @@ struct LightSet::Data {
   Environment environment;
   uint32_t environment_visibility = 0;
   int environment_bounces = 1024;
-  bool any_partial = false, took_environment_over = false;
+  bool any_partial = false, any_without_walks = false, took_environment_over = false;
   int environment_index = -1;
   std::vector<uint32_t> distant_disks;
   Vec3 scene_center{0.0f};

@@ -115,11 +115,46 @@ std::optional<LightRay> LightSet::sample_le(uint32_t index, Vec2 u_position, Vec
   if (!(r.pdf_solid_angle > 0.0f)) return std::nullopt;
   const Data::SlotEmission& emission = d.emission_of(block, primitive);
   if (!emission.program) return std::nullopt;
-  const SeenTriangle seen{mesh, instance, primitive, triangle, time, 0.0f};
+  r.barycentric = barycentric;
+  const SeenTriangle seen{mesh, instance, primitive, triangle, time, kUsualDistance};
   r.radiance = emission.constant ? emission.radiance
                                  : emission.program->evaluate_emission(
                                        triangle_point(d.objects[instance.object], seen, barycentric, r.ray.direction));
   return r;
+}
+
+bool LightSet::depends_on_distance(uint32_t index) const {
+  const Data& d = *data_;
+  if (d.is_lamp(index)) {
+    const int shader = d.lamps[index].shader;
+    return shader >= 0 && d.lamp_programs[shader].emission_depends_on_distance();
+  }
+  if (d.is_environment(index)) return false;
+  const Data::TriangleBlock& block = d.block_of(index);
+  const ShaderProgram* program = d.emission_of(block, index - block.first).program;
+  return program && program->emission_depends_on_distance();
+}
+
+Color LightSet::falloff(uint32_t index, const LightRay& ray, float distance) const {
+  const Data& d = *data_;
+  const auto radiance_at = [&](float at) {
+    if (d.is_lamp(index))
+      return d.shader_factor(d.lamps[index], ray.ray.origin, ray.ray.direction, ray.ray.time, at, 0);
+    const Data::TriangleBlock& block = d.block_of(index);
+    const uint32_t primitive = index - block.first;
+    const BuiltInstance& instance = d.instances[block.instance];
+    const BuiltMesh& mesh = d.meshes[instance.mesh];
+    const WorldTriangle triangle = world_triangle(mesh, instance, primitive, ray.ray.time);
+    return d.emission_of(block, primitive)
+        .program->evaluate_emission(triangle_point(d.objects[instance.object],
+                                                   {mesh, instance, primitive, triangle, ray.ray.time, at},
+                                                   ray.barycentric, ray.ray.direction));
+  };
+  const Color there = radiance_at(distance), usual = radiance_at(kUsualDistance);
+  Color ratio(0.0f);
+  for (int c = 0; c < 3; ++c)
+    if (usual[c] != 0.0f) ratio[c] = there[c] / usual[c];
+  return ratio;
 }
 
 LightSet::LePdf LightSet::pdf_le(uint32_t index, Vec3 normal, Vec3 direction, float time) const {

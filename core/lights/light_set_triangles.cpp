@@ -172,6 +172,7 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
     const LightLinks& links = in.objects[instance.object].links;
     p.block.receivers = links.receivers;
     p.block.blockers = blockers_of(links);
+    any_without_walks |= p.block.blockers != kVisibleShadow;
     any_linked |= p.block.receivers != kAllReceivers;
     any_partial |= LightFlags{LightType::Triangle, instance.visibility}.partial() || p.block.blockers != kVisibleShadow;
     sources.push_back({p.block.first, p.block.count, p.total, 1.0, p.growth});

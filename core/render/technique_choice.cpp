@@ -30,7 +30,7 @@ struct Candidate {
 constexpr Candidate kPath{"path tracing", "path", 1.0, 1.75, true, false, 4, false, 0.0, 1.0},
     kChains{"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, false, 0.1, 4.0},
     kPhotons{"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, true, 0.03, 1.6},
-    kBidirectional{"bidirectional path tracing", "bdpt", 1.7, 3.0, true, false, 2, false, 0.0, 2.0};
+    kBidirectional{"bidirectional path tracing", "bdpt", 1.7, 1.5, true, false, 2, false, 0.0, 2.0};
 /// In the order of the trials. The first is the default. If the second is hopeless, it is the last that is tried.
 /// The noise of bidirectional path tracing is large but not correlated, so that it is only tried for a denoised image.
 constexpr std::array kOrder{&kPath, &kChains, &kPhotons};

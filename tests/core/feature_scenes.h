@@ -117,6 +117,35 @@ inline std::vector<TransportScene> feature_scenes() {
     d.camera.motion = {start, end};
     d.camera.shutter = {0.0f, 0.4f, 0.6f, 1.0f};
   });
+  // The shader of a light sees the distance of the lit point, of which a light that sends photons knows nothing yet.
+  const auto fading = [](float strength) {
+    GraphBuilder b;
+    const int falloff = b.node("ShaderNodeLightFalloff",
+                               {value_input("Strength", strength), value_input("Smooth", 0.0f)});
+    b.graph.surface = {
+        b.node("ShaderNodeEmission", {value_input("Color", Vec4(1.0f)), linked_input("Strength", falloff, "Linear")}),
+        "Emission"};
+    return b;
+  };
+  add("fading_lamp", [&](SceneDescription& d) {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    d.lights.push_back(lamp);
+    d.lights.back().graph = fading(1.0f).graph;
+  });
+  add("fading_mesh", [&](SceneDescription& d) {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    add_object(d, plane(0.3f), add_material(d, fading(5.0f)), moved(Vec3(-0.3f, 0.2f, 0.9f), 1.0f));
+  });
+  add("lamp_without_shadow", [&](SceneDescription& d) {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    d.lights.push_back(point_light(Vec3(0.1f, 0.1f, 0.8f), 20.0f));
+    d.lights.back().cast_shadow = false;
+  });
+  add("hidden_from_camera", [&](SceneDescription& d) {
+    add_object(d, sphere(), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    d.objects.back().visibility = kVisibleAll & ~kVisibleCamera;
+    d.lights.push_back(lamp);
+  });
   add("hidden_from_glossy", [&](SceneDescription& d) {
     add_object(d, sphere(), add_glossy(d, 0.3f), ball);
     add_object(d, cube(), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.4f), moved(Vec3(-0.5f, 0.4f, -0.7f), 0.25f));

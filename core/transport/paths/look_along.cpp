@@ -67,10 +67,12 @@ bool look_ray(const Scene& scene, const PathVertex& light_end, const PathVertex&
     distance = 1.0f / std::sqrt(edge.inverse_square);
   }
   Ray ray = scene.spawn_ray(from.point, direction);
-  if (to.kind == VertexKind::Lens)
+  if (to.kind == VertexKind::Lens) {
     ray.t_max = distance;
-  else
+    ray.blockers = kVisibleCamera;  // what the camera does not see blocks nothing
+  } else {
     ray = end_before(ray, place_of(scene, to, from.position(), direction, distance));
+  }
   // Ribbons face each ray: the ray ends where it enters the tube that they stand for. A ray that leaves a sphere inwards
   // passes through it.
   if (on_strand_or_point(to.point)) [[unlikely]]

@@ -212,9 +212,14 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   const LightSet& lights = scene.lights();
   LightEnd end;
   if (light.program) {
-    end.radiance = light.program->emission_is_constant() || light.point.wo == edge.to_eye
-                       ? light.shading.emission
-                       : light.program->evaluate_emission(turned_towards(light.point, edge.to_eye));
+    const bool grows = light.program->emission_depends_on_distance();
+    if (light.program->emission_is_constant() || (light.point.wo == edge.to_eye && !grows)) {
+      end.radiance = light.shading.emission;
+    } else {
+      ShadingPoint point = turned_towards(light.point, edge.to_eye);
+      if (grows) point.ray_length = next.distant ? kInfinity : 1.0f / std::sqrt(edge.inverse_square);
+      end.radiance = light.program->evaluate_emission(point);
+    }
     end.can_be_hit = true;
   } else if (light.light == lights.environment_index()) {
     end.radiance = lights.environment_radiance(-edge.to_eye, 0);
@@ -242,7 +247,7 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   end.pdf_by_power = end.pdf_origin;
   end.pdf_direction = light.distant ? le.pdf_area : le.pdf_solid_angle;
   if (guide) guide->mix(lights, index, light.position(), light.point.ng, edge.to_eye, end);
-  if (lights.any_partial() && lights.flags(index).blockers != kVisibleShadow)
+  if (lights.any_without_walks() && !lights.flags(index).starts_walks())
     end.pdf_origin = end.pdf_by_power = 0.0f;  // no walk starts here, see start_at_light
   if (next.kind == VertexKind::Surface || next.kind == VertexKind::Medium) {
     const float choice = lights.choice_pmf(next.position(), receiving_normal(next), index, receiver_set(next));

@@ -194,13 +194,13 @@ bool start_at_light(const Scene& scene, const LightWalkGuide* guide, const Light
   if (lights.empty()) return false;
   if (guide && guide->sets_out(u_choice)) {
     const LightWalkGuide::Start start = guide->start(lights, u_choice, u.position, u.direction);
-    if (lights.flags(start.light).blockers != kVisibleShadow) return false;
+    if (!lights.flags(start.light).starts_walks()) return false;
     make_light_vertex(scene, start.light, start.position, start.normal, start.direction, time, light);
     ray = leave_light(scene, light, start.direction);
     return true;
   }
   const LightSet::Choice choice = lights.choose_by_power(u_choice);
-  if (!(choice.pmf > 0.0f) || lights.flags(choice.light).blockers != kVisibleShadow) return false;
+  if (!(choice.pmf > 0.0f) || !lights.flags(choice.light).starts_walks()) return false;
   const auto sample = lights.sample_le(choice.light, u.position, u.direction, time);
   if (!sample || is_black(sample->radiance)) return false;
   make_light_vertex(scene, choice.light, sample->ray.origin, sample->normal, sample->ray.direction, time, light);

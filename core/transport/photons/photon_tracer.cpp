@@ -86,6 +86,8 @@ class BlockTracer {
     flags_ = lights.flags(light);
     soft_lamp_.reset();
     if (flags_.soft) soft_lamp_ = lights.light(light);
+    fading_.reset();
+    if (lights.depends_on_distance(light)) fading_ = {light, *start};
     LightEnd end;
     end.pdf_origin = pmf * start->pdf_area;
     end.pdf_direction = start->pdf_solid_angle;
@@ -117,6 +119,11 @@ class BlockTracer {
     r.radiance = light_.program
                      ? light_.shading.emission
                      : lights.lamp_radiance(light, start.position, start.direction, emission_.time, kUsualDistance);
+    r.barycentric = light_.point.barycentric;
+    if (light_.program && light_.program->emission_depends_on_distance()) {
+      light_.point.ray_length = kUsualDistance;
+      r.radiance = light_.program->evaluate_emission(light_.point);
+    }
     const LightSet::LePdf pdf = lights.pdf_le(light, light_.point.ng, start.direction, emission_.time);
     r.pdf_area = pdf.pdf_area;
     r.pdf_solid_angle = pdf.pdf_solid_angle;
@@ -156,7 +163,8 @@ class BlockTracer {
         continue;
       }
       // What does not block the light of this source is lit by it, and so is what is behind.
-      const bool blocks = bounces.total > 0 || (scene_.instances()[hit.instance].visibility & flags_.blockers);
+      const bool blocks = bounces.total > 0 ||
+                          (flags_.cast_shadow && (scene_.instances()[hit.instance].visibility & flags_.blockers));
       if (!blocks) [[unlikely]] {
         flux *= 2.0f;
         sampler_.set_dimension(kChanceDimension + vertex);
@@ -176,6 +184,8 @@ class BlockTracer {
       const bool separated = flags_.partial() && bounces.total == 0;
       const bool lit = is_lit(point.position, ray.direction) &&
                        (bounces.total > 0 || flags_.lights(receiver_set(point)));
+      const Color faded = bounces.total == 0 ? faded_at(point.ray_length) : Color(1.0f);
+      flux *= faded;
       if (split.rough() && !separated && lit) store(point, *split.rough(), flux, bounces, limits, out);
 
       sampler_.set_dimension(kEmissionDimensions + kBounceDimensions * vertex);
@@ -183,6 +193,7 @@ class BlockTracer {
       if (!sample) return;
       if (sample->flags & kTransparent) {
         if (!blocks) return;  // counted above
+        for (int c = 0; c < 3; ++c) flux[c] = faded[c] != 0.0f ? flux[c] / faded[c] : 0.0f;
         if (++crossed > limits.transparent) return;
         if (media_) media_->cross(hit, !point.backfacing, stack_);
         ray = scene_.straight_on(point, ray, hit.t);
@@ -204,6 +215,11 @@ class BlockTracer {
   /// Whether the light that a photon brings on its first ray illuminates p.
   bool is_lit(Vec3 p, Vec3 direction) const { return !soft_lamp_ || soft_lamp_distance(*soft_lamp_, p, -direction); }
 
+  /// The factor of the shader of the photon's light for a point at this distance.
+  Color faded_at(float distance) const {
+    return fading_ ? scene_.lights().falloff(fading_->first, fading_->second, distance) : Color(1.0f);
+  }
+
   enum class InMedia : uint8_t { Passed, Scattered, End };
   /// The media up to the hit. `from_light`: nothing has scattered the photon before. If it scatters, `ray` is the new one.
   InMedia pass_media(Ray& ray, const Hit& hit, const ShadingPoint& point, bool from_light, Color& flux) {
@@ -221,6 +237,7 @@ class BlockTracer {
       const float u_lobe = sampler_.get_1d();
       direction = phase.sample(ray.direction, u_lobe, sampler_.get_2d());
       const float cosine = glm::dot(ray.direction, direction);
+      if (from_light) after *= faded_at(ray.travelled + t);
       after *= at.scattering * phase.evaluate(cosine) / (stretch.rate * phase.pdf_solid_angle(cosine));
     }
     const float survival = std::min(1.0f, max_component(glm::abs(after)) / max_component(glm::abs(flux)));
@@ -315,6 +332,8 @@ class BlockTracer {
   MediaStack stack_;                ///< of the present ray
   std::optional<Light> soft_lamp_;  ///< of the present ray, if it comes straight from one
   LightFlags flags_;                ///< of the photon's light
+  /// The photon's light and its start, if the shader depends on the distance.
+  std::optional<std::pair<uint32_t, LightRay>> fading_;
 };
 
 template <class T>

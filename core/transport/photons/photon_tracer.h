@@ -6,7 +6,8 @@
 //
 // Rays that leave lights see what shadow rays see. Rays that leave surfaces have the kind of their scattering. Surfaces
 // are evaluated as rays after a diffuse bounce see them, because a gather ray or a caustic lookup sees them in this
-// way. Blender's caustics switches therefore apply. `cast_shadow = false` of lamps is ignored here.
+// way. Blender's caustics switches therefore apply. Nothing blocks the light of a lamp that casts no shadow, as long as
+// nothing has scattered it.
 #pragma once
 
 #include <atomic>
