@@ -37,7 +37,7 @@ test:
 	@tools/install_addon.sh $(BUILD) $(PROFILE)
 	@tools/test.sh $(BUILD)
 
-# Also the pairs of scenes and techniques, and the Blenders, that the gate has no time for: two hours.
+# Also the pairs of scenes and techniques, the settings, and the Blenders that the gate has no time for.
 test-all: export AJAR_ALL_TESTS = 1
 test-all: export AJAR_AGREEMENT = 1
 test-all: test

@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import os
 import statistics
 import sys
 import time
@@ -66,8 +65,7 @@ def measure_scene(scene: Scene, options: argparse.Namespace) -> dict:
     scene_file = renderers.export_by_wheel(scene.path, folder, options.wheel, options.extension, scene.percentage)
     reference = denoised.reference_of(scene, scene_file, options)
     load = denoised.Load(options.threads)
-    warm, _, _ = denoised.render(scene_file, "path", 1.0, 1, load)
-    denoising = min(denoised.denoise(warm, math.inf, options.threads)[1] for _ in range(2))
+    denoising = denoised.denoising_seconds(scene_file, load)
     import ajar
 
     has_hints = any(hint.enabled for hint in ajar.load_description(str(scene_file)).hints)
@@ -109,9 +107,9 @@ def page(results: dict) -> str:
     lines = ["# What each part of a default render is worth", "",
              "The relMSE without a part over that of the default render, at equal CPU time. More than 1: the part makes the error smaller.", "",
              "## The picture that the artist keeps, denoised", "", *table(scenes, PARTS, "relmse"), "",
-             "## Before denoising", "", *table(scenes, PARTS[1:], "noisy"), "",
+             "### Before denoising", "", *table(scenes, PARTS[1:], "noisy"), "",
              "## Estimators of the thesis in place of the default, denoised", "", "More than 1: the default has the smaller error.", "", *table(scenes, INSTEAD, "relmse"), "",
-             "## Before denoising", "", *table(scenes, INSTEAD, "noisy"), "", "## Method", "",
+             "### Before denoising", "", *table(scenes, INSTEAD, "noisy"), "", "## Method", "",
              f"`benchmarks/ablation.py` writes this page; do not edit it. {results['seconds']:g} CPU seconds for rendering and denoising, without export and build, on "
              f"{results['machine']['threads']} threads; {' or '.join(map(str, seeds))} seeds, medians: differences of 15 % are noise. relMSE is mean((I−R)²/(R²+0.01)), from which the variance of the reference is subtracted. "
              "*technique* is what `auto` took in the default renders. The variants:", "",
@@ -132,11 +130,7 @@ def main() -> int:
     parser.add_argument("--extension", type=Path, required=True, help="an unpacked extension for that Python")
     options = parser.parse_args()
     sys.path.insert(0, str(options.build.resolve() / "python"))
-    import ajar
-
-    os.environ.setdefault(ajar.denoiser.VARIABLE, str(denoised.DENOISER))
-    if not ajar.denoiser.load():
-        print(f"{ajar.denoiser.reason()}. `make extension` makes {denoised.DENOISER}.", file=sys.stderr)
+    if not denoised.load_denoiser():
         return 2
     file, start = PROJECT / "build" / "denoised" / "ablation.json", time.monotonic()
     results = {"machine": machine.describe(options.threads), "seconds": options.seconds, "scenes": []}

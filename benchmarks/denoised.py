@@ -148,6 +148,23 @@ def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, load:
     return Picture(found["Combined"][..., :3].astype(np.float64), image, used + extra, stats["samples_per_pixel"]["mean"], stats["integrator"])
 
 
+def denoising_seconds(scene_file: Path, load: Load) -> float:
+    """CPU seconds that the best denoising of a scene takes."""
+    warm, _, _ = render(scene_file, "path", 1.0, 1, load)
+    return min(denoise(warm, math.inf, load.threads)[1] for _ in range(2))
+
+
+def load_denoiser() -> bool:
+    """Load AJAR_DENOISER, or the library of the extension. Says why if it is not there."""
+    import ajar
+
+    os.environ.setdefault(ajar.denoiser.VARIABLE, str(DENOISER))
+    if ajar.denoiser.load():
+        return True
+    print(f"{ajar.denoiser.reason()}. `make extension` makes {DENOISER}.", file=sys.stderr)
+    return False
+
+
 class CyclesRenders:
     """Cycles of a wheel at given CPU times, without its preparation: the number of samples follows from short trials, and from the time of a first render.
     `options`: `guiding`, `adaptive` of render_cycles."""
@@ -233,8 +250,7 @@ def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, opt
         scene_file, _ = ajar_build.dump(scene.path, folder, scene.percentage)
     reference = reference_of(scene, scene_file, options)
     load = Load(options.threads)
-    warm, _, _ = render(scene_file, "path", 1.0, 1, load)
-    denoising = min(denoise(warm, math.inf, options.threads)[1] for _ in range(2))
+    denoising = denoising_seconds(scene_file, load)
     rivals = {name: CyclesRenders(scene, folder / name.replace(", ", "_"), options.wheel, options.threads, flags) for name, flags in CYCLES.items()}
     own = rivals["Cycles"].reference(2.0 * options.reference_seconds) if scene.name not in REFERENCES else reference
     runs = []
@@ -341,9 +357,7 @@ def main() -> int:
     sys.path.insert(0, str(options.build.resolve() / "python"))
     import ajar
 
-    os.environ.setdefault(ajar.denoiser.VARIABLE, str(DENOISER))
-    if not ajar.denoiser.load():
-        print(f"{ajar.denoiser.reason()}. `make extension` makes {DENOISER}.", file=sys.stderr)
+    if not load_denoiser():
         return 2
     work, start = PROJECT / "build" / "denoised", time.monotonic()
     results = {"machine": machine.describe(options.threads) | {"denoiser": f"Open Image Denoise {ajar.denoiser_version()}"},
