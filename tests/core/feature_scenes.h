@@ -76,6 +76,11 @@ inline std::vector<TransportScene> feature_scenes() {
                moved(Vec3(0.2f, 0.2f, -0.3f), 0.6f));
     d.lights.push_back(lamp);
   });
+  // Light that refraction sends into a point arrives from a direction in which no walk from a light arrives.
+  add("frosted_points", [&](SceneDescription& d) {
+    add_object(d, random_cloud(20, 0.1f), add_glass(d, 0.25f), moved(Vec3(0.2f, 0.2f, -0.3f), 0.6f));
+    d.lights.push_back(lamp);
+  });
   add("shining_points", [&](SceneDescription& d) {
     add_object(d, random_cloud(20, 0.03f), add_diffuse(d, Color(0.3f), Color(3.0f, 2.0f, 1.0f)),
                moved(Vec3(-0.3f, 0.2f, 0.2f), 0.4f));

@@ -120,7 +120,7 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     if (vertex.emits()) meet_emitter(i, next, pdf_direction);
     if (!vertex.scatters() || i + 1 >= max_vertices_ || (knows_walks_below() && !scatters_at(i, base, sampler))) break;
     eye_count_ = i + 1;
-    only_specular &= !vertex.has_subsurface();
+    only_specular &= !vertex.excludes_photons();
     if (merging && only_specular && i >= 2 && vertex.stores_photons()) merge(next, i);
 
     sampler.set_dimension(base + kLobe);
@@ -299,7 +299,7 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     const PathVertex& vertex = next.vertex;
     next.edge = join(previous.vertex, vertex);
     set_edge(next.edge, through, previous.vertex, vertex, false);
-    if (for_photons_ && vertex.has_subsurface()) break;
+    if (for_photons_ && vertex.excludes_photons()) break;
     if (i == 1) {
       light_end_ = light_end(scene_, previous.vertex, vertex, next.edge, guide);
       if (!(light_end_.pdf_origin * light_end_.pdf_direction > 0.0f)) break;

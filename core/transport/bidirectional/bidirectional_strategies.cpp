@@ -114,7 +114,7 @@ void BidirectionalWalks::found(const FoundPath& path, const PathEdge& edge) {
 bool BidirectionalWalks::leaves_out(int t, bool joined) const {
   if (!leaves_unconnectable) return false;
   for (int k = 1; k < t; ++k)
-    if (eye_[size_t(k)].vertex.has_subsurface()) return false;
+    if (eye_[size_t(k)].vertex.excludes_photons()) return false;
   const auto specular = [&](int k) { return eye_[size_t(k)].vertex.specular && !(joined && k == t - 1); };
   if (!is_unconnectable(t + 1, [&](int i) { return specular(t - i); })) return false;
   for (int k = 1; k < t; ++k)

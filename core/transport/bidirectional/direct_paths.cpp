@@ -20,7 +20,7 @@ struct Walk {
   int i;
   MediaStack stack;                     ///< of the ray
   uint32_t receiver_set = kEveryLight;  ///< of the vertex that the ray leaves
-  bool has_subsurface = false;          ///< a vertex before has lobes of subsurface scattering
+  bool excludes_photons = false;          ///< a vertex before does
 };
 
 /// The state of one sample.
@@ -61,7 +61,7 @@ class DirectTracer {
 
  private:
   void follow(Walk& walk, SpecularBranches<Walk>& branches) {
-    auto& [ray, start, beta, i, stack, receiver, has_subsurface] = walk;
+    auto& [ray, start, beta, i, stack, receiver, excludes_photons] = walk;
     receiver_set_ = receiver;
     const bool transparent_film = scene_.settings().transparent_film;
     vertex_.point = start;
@@ -101,7 +101,7 @@ class DirectTracer {
       const bool exceeded = vertex_.point.glossy_depth > limits_.glossy ||
                             vertex_.point.transmission_depth > limits_.transmission;
       Bsdf& bsdf = vertex_.shading.bsdf;
-      has_subsurface |= vertex_.has_subsurface();
+      excludes_photons |= vertex_.excludes_photons();
       // The light that goes below the surface is found elsewhere.
       if (!last && enters(vertex_, 0)) [[unlikely]]
         bsdf.remove_subsurface(vertex_.point.wo);
@@ -109,11 +109,11 @@ class DirectTracer {
       found_.polished = found_.polished || has_sharp_lobe(bsdf);
 
       if (vertex_.connectable()) {
-        if (merging_ && i >= 2 && vertex_.stores_photons() && !has_subsurface) merge(beta, i);
+        if (merging_ && i >= 2 && vertex_.stores_photons() && !excludes_photons) merge(beta, i);
         sampler_.set_dimension(base + kLight);
         look_for_light(beta);
       }
-      if (vertex_.kind == VertexKind::Surface) split(branches, beta, i, has_subsurface);
+      if (vertex_.kind == VertexKind::Surface) split(branches, beta, i, excludes_photons);
       if (vertex_.kind == VertexKind::Surface && branches.follows_all()) break;
       sampler_.set_dimension(base + kLobe);
       const auto sample = sample_bounce();
@@ -139,7 +139,7 @@ class DirectTracer {
   }
 
   /// Adds a walk for each specular branch of the surface at vertex i, where the walk arrives with `beta`.
-  void split(SpecularBranches<Walk>& branches, Color beta, int i, bool has_subsurface) {
+  void split(SpecularBranches<Walk>& branches, Color beta, int i, bool excludes_photons) {
     branches.split(vertex_.shading.bsdf, vertex_.point.wo, beta, [&](const BsdfSample& event) {
       Walk next{scene_.spawn_ray(vertex_.point, event.wi),
                 {},
@@ -147,7 +147,7 @@ class DirectTracer {
                 i + 1,
                 {},
                 receiver_set(vertex_),
-                has_subsurface};
+                excludes_photons};
       count_bounce(event, vertex_.point, next.start);
       if (media_) next.stack = stack_towards(scene_, *media_, vertex_, event.wi);
       return next;

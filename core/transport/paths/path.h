@@ -77,11 +77,11 @@ struct Path {
   /// The same for walks that keep the kinds of vertices, and the distances of collisions, of another path.
   double kept_eye_step(int i) const {
     const PathEdge& edge = edges[size_t(i)];
-    return double(edge.to_light_area()) * edge.surface_pass * (1.0f - vertices[size_t(i)].pass);
+    return double(edge.to_light_area()) * edge.surface_pass * vertices[size_t(i)].stop_probability(edge.to_eye);
   }
   double kept_light_step(int i) const {
     const PathEdge& edge = edges[size_t(i - 1)];
-    return double(edge.to_eye_area()) * edge.surface_pass * (1.0f - vertices[size_t(i)].pass);
+    return double(edge.to_eye_area()) * edge.surface_pass * vertices[size_t(i)].stop_probability(-edge.to_eye);
   }
 };
 

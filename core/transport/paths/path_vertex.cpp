@@ -28,8 +28,8 @@ PathEdge join(const PathVertex& light_end, const PathVertex& eye_end) {
   if (!light_end.distant && !point_light && light_end.kind != VertexKind::Medium)
     edge.cos_light_end = abs_dot(light_end.point.ng, edge.to_eye);
   if (eye_end.kind == VertexKind::Surface) edge.cos_eye_end = abs_dot(eye_end.point.ng, edge.to_eye);
-  edge.stop_light_end = 1.0f - light_end.pass;
-  edge.stop_eye_end = 1.0f - eye_end.pass;
+  edge.stop_light_end = light_end.stop_probability(edge.to_eye);
+  edge.stop_eye_end = eye_end.stop_probability(-edge.to_eye);
   return edge;
 }
 
@@ -119,6 +119,8 @@ Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool sp
     s.pdf_to_light = s.pdf_to_eye = s.pdf_walk_to_eye = phase.pdf_solid_angle(cosine);
     return s;
   }
+  if (vertex.leaves_sphere_inwards(to_eye)) [[unlikely]]
+    return {};
   const bool differ = depends_on_view(vertex, to_eye) || depends_on_view(vertex, to_light);
   const BsdfFor from_eye(vertex, to_eye, differ), from_light(vertex, to_light, differ);
   const float free = guide && vertex.connectable() ? 1.0f - guide->share_at(vertex.position()) : 1.0f;

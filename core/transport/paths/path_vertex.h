@@ -85,10 +85,23 @@ struct PathVertex {
   /// Whether photons are stored and looked up here.
   bool stores_photons() const {
     return kind == VertexKind::Surface && shading.bsdf.has_non_delta() && !on_strand_or_point(point) &&
-           !has_subsurface();
+           !excludes_photons();
   }
-  /// Such vertices are never merged with photons.
-  bool has_subsurface() const { return kind == VertexKind::Surface && (exit || shading.bsdf.has_subsurface()); }
+  /// Paths with such a vertex are never left to photons.
+  bool excludes_photons() const {
+    return kind == VertexKind::Surface && (exit || shading.bsdf.has_subsurface() || is_on_sphere());
+  }
+  /// Whether the vertex is on a point of a cloud.
+  bool is_on_sphere() const { return point.mesh && point.mesh->points; }
+  /// Whether this direction leaves a point of a cloud inwards. Walks reach such points from outside only, so that none
+  /// arrives from there, and light that reaches the eye does not leave in this direction.
+  bool leaves_sphere_inwards(Vec3 direction) const {
+    return is_on_sphere() && kind == VertexKind::Surface && glm::dot(point.ng, direction) < 0.0f;
+  }
+  /// The probability that a walk which arrives from `direction` at a surface, a light or the lens stops there.
+  float stop_probability(Vec3 direction) const {
+    return leaves_sphere_inwards(direction) ? 0.0f : 1.0f - pass;
+  }
   bool emits() const { return !is_black(shading.emission); }
 };
 

@@ -283,7 +283,8 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
     if (straight) origin = origin_at(point, split.sharp()->receiving_normal(), hit_pdf(*sample));
     if (at_bounce_limit || !look_up) break;
     count_bounce(*sample, point, point);
-    if (past_limits(point, limits) || !survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta))
+    at_bounce_limit = past_limits(point, limits);
+    if ((at_bounce_limit && !straight) || !survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta))
       break;
     media.leave(walk, sample->wi);
     media.scattered_at_surface();

@@ -179,6 +179,7 @@ class BlockTracer {
       point.ray_depth = point.diffuse_depth = 1;
       scene_.material(hit).evaluate_surface(point, shading_);
       const bool small = on_strand_or_point(point);
+      const Side side = small ? side_of_sphere(ray, hit, vertex, point, flux) : Side::Any;
       const LobeSplit split(shading_.bsdf, point.wo, small);
       // Lookups would not separate the kinds of lobes that see the light: they sample such a light themselves.
       const bool separated = flags_.partial() && bounces.total == 0;
@@ -192,13 +193,14 @@ class BlockTracer {
       const auto sample = scatter(point, split, flux);
       if (!sample) return;
       if (sample->flags & kTransparent) {
-        if (!blocks) return;  // counted above
+        if (!blocks || side == Side::Far) return;  // counted above, or on the near side
         for (int c = 0; c < 3; ++c) flux[c] = faded[c] != 0.0f ? flux[c] / faded[c] : 0.0f;
         if (++crossed > limits.transparent) return;
         if (media_) media_->cross(hit, !point.backfacing, stack_);
         ray = scene_.straight_on(point, ray, hit.t);
         continue;
       }
+      if (side != Side::Any && (glm::dot(sample->wi, point.ng) > 0.0f) != (side == Side::Near)) return;
       if (!lit || (beyond_other && !was_rough_)) return;  // sharp lobes see lights past nothing (LightFlags::partial)
       beyond_other = false;
       soft_lamp_.reset();
@@ -207,9 +209,35 @@ class BlockTracer {
       bounces.only_sharp &= !was_rough_ && !small;
       if (!(emission_.plan.global && bounces.global(limits)) && !bounces.caustic(limits)) return;
       kind = ray_kind_after(*sample);
-      if (media_ && glm::dot(sample->wi, point.ng) < 0.0f) media_->cross(hit, !point.backfacing, stack_);
+      if (media_ && glm::dot(sample->wi, point.ng) < 0.0f && side == Side::Any)
+        media_->cross(hit, !point.backfacing, stack_);
       ray = scene_.spawn_ray(point, sample->wi);
     }
+  }
+
+  enum class Side : uint8_t { Any, Near, Far };
+  /// On a point of a cloud that transmits light: paths from the eye leave it inwards unhindered (points.h), so that light
+  /// is scattered outwards both where it arrives and where it would leave on the far side. Half of the photons, with
+  /// twice their flux, take either side. `point` and `shading_` become those of the side.
+  Side side_of_sphere(const Ray& ray, const Hit& hit, uint32_t vertex, ShadingPoint& point, Color& flux) {
+    if (!point.mesh->points || !transmits(shading_.bsdf)) return Side::Any;
+    flux *= 2.0f;
+    sampler_.set_dimension(kChanceDimension + vertex);
+    const float way = way_out(point, ray.direction);
+    if (sampler_.get_1d() < 0.5f || !(way > 0.0f)) return Side::Near;
+    Ray back = ray;
+    back.origin = point.position + 2.0f * way * ray.direction;
+    back.direction = -ray.direction;
+    back.travelled += hit.t + way;
+    Hit far = hit;
+    far.t = 0.0f;
+    scene_.shading_point(back, far, point);
+    point.wo = -ray.direction;
+    point.ng = -point.ng;
+    point.ns = -point.ns;
+    point.backfacing = true;
+    scene_.material(hit).evaluate_surface(point, shading_);
+    return Side::Far;
   }
 
   /// Whether the light that a photon brings on its first ray illuminates p.
