@@ -195,6 +195,11 @@ class Planner {
     if (scene_.lights().any_limited() && !integrator_.follows_light_bounces)
       plan_.warnings.emplace_back(std::string(integrator_.label) + " does not follow Max Bounces of " +
                                   listed(scene_.limited_lights()) + ". Path Tracing does.");
+    const bool walks_from_lights = integrator_.follows_hints && !integrator_.automatic;
+    if (walks_from_lights && !scene_.partly_hidden_objects().empty())
+      plan_.warnings.emplace_back("Only some kinds of rays see " + listed(scene_.partly_hidden_objects()) +
+                                  ". Walks from lights see what diffuse rays see: light that these objects block can "
+                                  "differ. Path Tracing follows each kind of ray.");
     if (settings_.direct == DirectMethod::Mis) return;
     if (partial)
       plan_.warnings.emplace_back(

@@ -6,6 +6,11 @@
 
 namespace ajar {
 
+namespace {
+constexpr uint32_t kBeyondCamera = kVisibleDiffuse | kVisibleGlossy | kVisibleTransmission | kVisibleShadow;
+constexpr size_t kMostNamed = 5;
+}  // namespace
+
 void gather_names(const SceneDescription& description, const std::vector<ObjectDescription>& objects,
                   const PassNames& names) {
   const auto group = [&](const std::string& name) {
@@ -24,6 +29,10 @@ void gather_names(const SceneDescription& description, const std::vector<ObjectD
   for (const ObjectDescription& object : objects) {
     names.object_groups.push_back(group(object.light_group));
     names.object_mattes.push_back(matte_id(object.name));
+    const uint32_t seen_by = object.visibility & kBeyondCamera;
+    if (const size_t named = names.partly_hidden_objects.size();
+        seen_by != 0 && seen_by != kBeyondCamera && named <= kMostNamed)
+      names.partly_hidden_objects.push_back(named < kMostNamed ? "'" + object.name + "'" : "...");
     names.asset_mattes.push_back(object.asset.empty() ? names.object_mattes.back() : matte_id(object.asset));
   }
   for (const MaterialDescription& material : description.materials)

@@ -143,6 +143,8 @@ class Scene {
   const std::vector<std::string>& light_groups() const { return light_groups_; }
   /// Names of the lamps whose number of bounces is less than the scene's, and of the world.
   const std::vector<std::string>& limited_lights() const { return limited_lights_; }
+  /// Names of objects that some kinds of rays beyond the camera see and others do not, for a message: the first few.
+  const std::vector<std::string>& partly_hidden_objects() const { return partly_hidden_objects_; }
   int light_group(uint32_t light) const;
   int light_group_of(const ObjectDescription& object) const;
   /// Transforms of instances one frame before and one after: BuiltInstance::first_frame.
@@ -245,7 +247,7 @@ class Scene {
   std::shared_ptr<Scene> catchers_;
   std::vector<float> lamp_importances_;
   float world_light_importance_ = 1.0f;
-  std::vector<std::string> light_groups_, limited_lights_;
+  std::vector<std::string> light_groups_, limited_lights_, partly_hidden_objects_;
   std::vector<int> lamp_groups_, object_groups_;
   int world_group_ = -1;
   std::vector<float> object_mattes_, asset_mattes_, material_mattes_;

@@ -151,6 +151,12 @@ inline std::vector<TransportScene> feature_scenes() {
     d.objects.back().visibility = kVisibleAll & ~kVisibleCamera;
     d.lights.push_back(lamp);
   });
+  // Walks from lights do not see it.
+  add("object_hidden_from_diffuse", [&](SceneDescription& d) {
+    add_object(d, sphere(), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    d.objects.back().visibility = kVisibleAll & ~(kVisibleDiffuse | kVisibleShadow);
+    d.lights.push_back(lamp);
+  });
   add("hidden_from_glossy", [&](SceneDescription& d) {
     add_object(d, sphere(), add_glossy(d, 0.3f), ball);
     add_object(d, cube(), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.4f), moved(Vec3(-0.5f, 0.4f, -0.7f), 0.25f));

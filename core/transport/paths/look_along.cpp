@@ -167,12 +167,9 @@ bool look_through_media(const Scene& scene, const PathMedia& media, const Look& 
     ray = scene.straight_on_to_end(point, ray);
     if (!(ray.t_max > 0.0f)) break;
   }
-  const auto stop_at = [&](const PathVertex* end, Vec3 towards_other) {
-    if (end->kind != VertexKind::Medium) return end->stop_probability(towards_other);
-    return end == look.from ? first_rate : last_rate;
-  };
-  edge.stop_light_end = stop_at(look.from_eye_end ? look.to : look.from, edge.to_eye);
-  edge.stop_eye_end = stop_at(look.from_eye_end ? look.from : look.to, -edge.to_eye);
+  // join has set the probabilities of surfaces.
+  if (look.from->kind == VertexKind::Medium) (look.from_eye_end ? edge.stop_eye_end : edge.stop_light_end) = first_rate;
+  if (look.to->kind == VertexKind::Medium) (look.from_eye_end ? edge.stop_light_end : edge.stop_eye_end) = last_rate;
   return true;
 }
 

@@ -29,7 +29,7 @@ PathEdge join(const PathVertex& light_end, const PathVertex& eye_end) {
     edge.cos_light_end = abs_dot(light_end.point.ng, edge.to_eye);
   if (eye_end.kind == VertexKind::Surface) edge.cos_eye_end = abs_dot(eye_end.point.ng, edge.to_eye);
   edge.stop_light_end = light_end.stop_probability(edge.to_eye);
-  edge.stop_eye_end = eye_end.stop_probability(-edge.to_eye);
+  edge.stop_eye_end = eye_end.stop_probability_from_light(-edge.to_eye);
   return edge;
 }
 

@@ -102,6 +102,11 @@ struct PathVertex {
   float stop_probability(Vec3 direction) const {
     return leaves_sphere_inwards(direction) ? 0.0f : 1.0f - pass;
   }
+  /// The same for walks from lights, which see what diffuse rays see.
+  float stop_probability_from_light(Vec3 direction) const {
+    const bool hidden = kind == VertexKind::Surface && point.instance && !(point.instance->visibility & kVisibleDiffuse);
+    return hidden ? 0.0f : stop_probability(direction);
+  }
   bool emits() const { return !is_black(shading.emission); }
 };
 

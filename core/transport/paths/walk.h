@@ -149,8 +149,9 @@ inline void set_edge(PathEdge& edge, const Through& through, const PathVertex& f
   edge.transmittance = through.transmittance;
   edge.pass = through.pass;
   edge.surface_pass = through.surface_pass;
-  const Vec3 to_found = towards_light ? -edge.to_eye : edge.to_eye;
-  const float start = from.kind == VertexKind::Medium ? through.start_rate : from.stop_probability(to_found),
+  const float start = from.kind == VertexKind::Medium ? through.start_rate
+                      : towards_light                 ? from.stop_probability_from_light(-edge.to_eye)
+                                                      : from.stop_probability(edge.to_eye),
               end = found.kind == VertexKind::Medium ? through.end_rate : 1.0f - found.pass;
   edge.stop_light_end = towards_light ? end : start;
   edge.stop_eye_end = towards_light ? start : end;
