@@ -75,6 +75,12 @@ constexpr bool transmits(LobeKind kind) {
          kind == LobeKind::HairHuang;
 }
 
+/// Whether the lobe scatters light back to the side from which it comes.
+constexpr bool reflects(LobeKind kind) {
+  return kind != LobeKind::Translucent && kind != LobeKind::MicrofacetRefraction && kind != LobeKind::MicrofacetThin &&
+         kind != LobeKind::HairTransmission && kind != LobeKind::Transparent;
+}
+
 enum class Microfacet : uint8_t { Ggx, Beckmann, Gtr1, AshikhminShirley };
 /// How the colour of a reflection lobe varies with the angle to the facet.
 enum class FresnelKind : uint8_t {

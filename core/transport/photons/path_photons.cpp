@@ -29,11 +29,13 @@ Events events_at(const Path& path, int i, uint32_t visibility) {
   return {rough, sharp};
 }
 
-uint32_t side_flag(const Path& path, int i) {
-  const Bsdf& bsdf = path.vertices[size_t(i)].shading.bsdf;
-  if (!transmits(bsdf)) return 0;
+SeenFrom seen_from(const Path& path, int i) {
+  const PathVertex& vertex = path.vertices[size_t(i)];
+  const Vec3 ng = glm::dot(vertex.point.ng, path.to_light(i)) < 0.0f ? -vertex.point.ng : vertex.point.ng;
+  const Bsdf& bsdf = vertex.shading.bsdf;
+  if (!transmits(bsdf)) return {ng, 0};
   const LobeSplit split(bsdf, path.to_eye(i));
-  return split.rough() && transmits(*split.rough()) ? Photon::kTransmits : 0;
+  return split.rough() ? seen_from(*split.rough(), ng) : SeenFrom{ng, 0};
 }
 
 }  // namespace
@@ -79,11 +81,11 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64
         ++refused;
         return;
       }
-      const Vec3 to_light = path.to_light(i), ng = vertex.point.ng;
+      const SeenFrom side = seen_from(path, i);
       out[count++] = {place,
-                      {{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)},
+                      {{vertex.position(), pack_direction(side.normal)},
                        power,
-                       pack_direction(to_light) | side_flag(path, i) | Photon::kOfChain},
+                       pack_direction(path.to_light(i)) | side.flags | Photon::kOfChain},
                       &vertex};
     };
     const Events& e = events[size_t(i)];

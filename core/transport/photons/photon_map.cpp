@@ -14,6 +14,13 @@ bool transmits(const Bsdf& bsdf) {
   return false;
 }
 
+SeenFrom seen_from(const Bsdf& rough, Vec3 ng) {
+  if (!transmits(rough)) return {ng, 0};
+  for (int i = 0; i < rough.lobe_count(); ++i)
+    if (reflects(rough.lobe(i).kind)) return {ng, Photon::kTransmits};
+  return {-ng, 0};
+}
+
 void PhotonMap::build(std::vector<Photon> photons, std::vector<uint32_t>& order) {
   std::vector<SurfacePoint> points(photons.size());
   for (size_t i = 0; i < photons.size(); ++i) points[i] = photons[i].point;

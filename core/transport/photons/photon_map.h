@@ -18,7 +18,7 @@ struct Photon {
   Color flux_over_cosine;     ///< watts
   uint32_t packed_direction;  ///< towards the previous vertex of the light's path, and flags
 
-  /// Lookups from behind the surface see the photon too.
+  /// Lookups from the other side of the surface see the photon too.
   static constexpr uint32_t kTransmits = 1u << 31;
   /// The photon comes from a Markov chain. Its flux counts for a whole disc, regardless of its surface.
   static constexpr uint32_t kOfChain = 1u << 30;
@@ -28,6 +28,14 @@ static_assert(sizeof(Photon) == 32);
 
 /// Whether rough lobes of a surface can transmit light from one side to the other.
 bool transmits(const Bsdf& bsdf);
+
+/// From where lookups see a photon on a surface with these lobes.
+struct SeenFrom {
+  Vec3 normal;     ///< of SurfacePoint
+  uint32_t flags;  ///< Photon::kTransmits or 0
+};
+/// `ng`: on the side of the light.
+SeenFrom seen_from(const Bsdf& rough, Vec3 ng);
 
 /// The radius of a pixel of the camera at a place that it sees directly.
 struct PixelRadius {

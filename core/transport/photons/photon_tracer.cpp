@@ -287,8 +287,9 @@ class BlockTracer {
              const BounceLimits& limits, PhotonBatch& out) {
     const float cosine = glm::dot(point.wo, point.ng);
     if (!(cosine > 1e-6f)) return;
-    const uint32_t side = transmits(rough) ? Photon::kTransmits : 0;
-    const Photon photon{{point.position, pack_direction(point.ng)}, flux / cosine, pack_direction(point.wo) | side};
+    const SeenFrom side = seen_from(rough, point.ng);
+    const Photon photon{
+        {point.position, pack_direction(side.normal)}, flux / cosine, pack_direction(point.wo) | side.flags};
     if (emission_.plan.caustic && bounces.caustic(limits)) out.caustic.push_back(photon);
     if (emission_.plan.global && bounces.global(limits)) {
       out.global.push_back(photon);
