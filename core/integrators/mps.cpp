@@ -119,7 +119,8 @@ class Mps final : public Integrator {
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film, media_.get());
-    space_->has_subsurface = false;  // gathering goes below surfaces, and photons are diffuse there
+    // Gathering goes below surfaces. Chains reflect light diffusely there, and leave no photons nearer to the light.
+    space_->has_subsurface = false;
     followed_.begin(hints_, *space_, seed_, stop);
     mutations_ = standard_mutations(*space_, followed_.hints(), followed_.mutation_use());
     ensemble_ = {};

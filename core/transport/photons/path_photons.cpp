@@ -89,6 +89,8 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64
                       &vertex};
     };
     const Events& e = events[size_t(i)];
+    if (vertex.kind == VertexKind::Surface && vertex.shading.bsdf.has_subsurface() && !on_strand_or_point(vertex.point))
+      break;
     if (e.continues) {
       gathered *= e.rough;
       seen *= e.rough;

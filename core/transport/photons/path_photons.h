@@ -4,7 +4,8 @@
 // A path L(D|S)*DS*DS*E stores a photon in the global map at the second rough event from the eye. A path LS+DS*E stores
 // one in the caustic map at the first. Other paths store none. Events are those of LobeSplit. A path whose vertices
 // have both rough lobes and sharp lobes (other than deltas) belongs to several such expressions at once. It stores a
-// photon for each of them, with its share of the path's scattering.
+// photon for each of them, with its share of the path's scattering. Nothing is stored nearer to the light than a surface
+// with subsurface scattering: lookups behind it follow walks below it, which chains do not know, and are not logged.
 #pragma once
 
 #include "transport/paths/path.h"

@@ -56,6 +56,7 @@ Color PhotonGatherer::partial_light(const ShadingPoint& point, const Bsdf& bsdf,
 bool PhotonGatherer::below_surface(EyeWalk& walk, Numbers numbers, Color& beta) {
   if (!walk.shading.bsdf.has_subsurface() || on_strand_or_point(walk.point)) [[likely]]
     return true;
+  logs_ = false;
   numbers.sampler.set_dimension(numbers.dimension);
   return walk_below_or_stay(scene_, walk.hit.instance,
                             {numbers.sampler.get_1d(), hash_combine(pixel_, numbers.dimension)}, walk.point,
@@ -80,6 +81,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
   alpha = 0.0f;
   seen = Color(0.0f);
   polished_ = false;
+  logs_ = log_ != nullptr;
   for (uint32_t vertex = 0;; ++vertex) {
     walk.trace();
     const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
@@ -182,9 +184,11 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, co
     const Color weight = sample->f_cos / sample->pdf_solid_angle;
     const bool logged = log_ && depth == 0 &&
                         (pixel_ + index_ + uint32_t(i)) % uint32_t(log_->stride[ArrivalMap::kGathered]) == 0;
+    const bool logs = logs_;
     const Incoming arriving = incoming(point, place, *sample, pdf_bsdf,
                                        logged ? throughput * weight / float(rays) : Color(0.0f), depth,
                                        {own, base + kGatherDimensions});
+    logs_ = logs;
     const Color found = weight * arriving.radiance;
     gathered += found;
     if (depth == 0 && guide_samples_ && luminance(found) > 0.0f &&
@@ -336,7 +340,7 @@ bool PhotonGatherer::probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gat
 
 void PhotonGatherer::log_arrival(int place, const ShadingPoint& point, Color throughput) {
   const float y = luminance(throughput) * float(log_->stride[place]);
-  if (y > 0.0f)
+  if (logs_ && y > 0.0f)
     log_->at[place].push_back({{point.position, pack_direction(point.ng)}, y, hash_combine(pixel_, index_) & 1u});
 }
 

@@ -137,6 +137,8 @@ class PhotonGatherer {
   Sampler sampler_, gather_sampler_;
   uint32_t pixel_ = 0, index_ = 0;
   ArrivalLog* log_ = nullptr;
+  /// Lookups are logged. Chains know no walks below surfaces, so that lookups behind them are not (path_photons.h).
+  bool logs_ = false;
   bool log_only_ = false, polished_ = false;
   const GuideTree* guide_ = nullptr;
   std::vector<GuideSample>* guide_samples_ = nullptr;
