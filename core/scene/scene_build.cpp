@@ -460,8 +460,8 @@ void Scene::Builder::gather_lights() {
   for (const LightDescription& light : d_.lights) s_.lamp_importances_.push_back(light.light_importance);
   s_.world_light_importance_ = d_.world.light_importance;
   gather_names(d_, s_.objects_,
-               {s_.light_groups_, s_.limited_lights_, s_.partly_hidden_objects_, s_.lamp_groups_, s_.object_groups_, s_.world_group_,
-                s_.object_mattes_, s_.asset_mattes_, s_.material_mattes_});
+               {s_.light_groups_, s_.limited_lights_, s_.partly_hidden_objects_, s_.lamp_groups_, s_.object_groups_,
+                s_.world_group_, s_.object_mattes_, s_.asset_mattes_, s_.material_mattes_});
   s_.hints_ = std::move(d_.hints);
 }
 

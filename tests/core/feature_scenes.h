@@ -81,6 +81,21 @@ inline std::vector<TransportScene> feature_scenes() {
     add_object(d, random_cloud(20, 0.1f), add_glass(d, 0.25f), moved(Vec3(0.2f, 0.2f, -0.3f), 0.6f));
     d.lights.push_back(lamp);
   });
+  // Light that leaves the liquid through the glass is no caustic of the map.
+  add("liquid_in_glass", [&](SceneDescription& d) {
+    GraphBuilder b;
+    b.graph.surface = {b.node("ShaderNodeBsdfGlass", {value_input("Color", Vec4(1.0f)), value_input("Roughness", 0.0f),
+                                                      value_input("IOR", 1.3f)}),
+                       "BSDF"};
+    b.graph.volume = {
+        b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(0.8f, 0.75f, 0.7f, 1.0f)),
+                                           value_input("Density", 1.5f), value_input("Anisotropy", 0.0f)}),
+        "Volume"};
+    add_object(d, sphere(), add_material(d, b), moved(Vec3(0.1f, 0.1f, -0.2f), 0.75f));
+    d.lights.push_back(area_lamp(Vec3(0, 0, 0.95f), Vec3(0, 0, -1), 1.8f, 8.0f));
+    BounceLimits& limits = d.settings.bounces;
+    limits.total = limits.diffuse = limits.glossy = limits.transmission = limits.volume = 24;
+  });
   add("shining_points", [&](SceneDescription& d) {
     add_object(d, random_cloud(20, 0.03f), add_diffuse(d, Color(0.3f), Color(3.0f, 2.0f, 1.0f)),
                moved(Vec3(-0.3f, 0.2f, 0.2f), 0.4f));

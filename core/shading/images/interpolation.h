@@ -12,11 +12,11 @@
 namespace ajar::texels {
 
 template <typename T>
-constexpr float kScale = 1.0f;
+inline constexpr float kScale = 1.0f;
 template <>
-constexpr float kScale<uint8_t> = 1.0f / 255.0f;
+inline constexpr float kScale<uint8_t> = 1.0f / 255.0f;
 template <>
-constexpr float kScale<uint16_t> = 1.0f / 65535.0f;
+inline constexpr float kScale<uint16_t> = 1.0f / 65535.0f;
 
 /// Four floats in one register. The sums of texels are the main cost of a lookup.
 using Float4 = float __attribute__((vector_size(16)));

@@ -20,7 +20,7 @@ struct Walk {
   int i;
   MediaStack stack;                     ///< of the ray
   uint32_t receiver_set = kEveryLight;  ///< of the vertex that the ray leaves
-  bool excludes_photons = false;          ///< a vertex before does
+  bool excludes_photons = false;        ///< a vertex before does
 };
 
 /// The state of one sample.

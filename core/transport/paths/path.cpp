@@ -53,7 +53,8 @@ SharedEnds shared_ends(const Path& a, const Path& b) {
 
 bool is_unconnectable(const Path& path) {
   for (int i = 1; i < path.count - 1; ++i)
-    if (path.vertices[size_t(i)].kind == VertexKind::Medium || path.vertices[size_t(i)].excludes_photons()) return false;
+    if (path.vertices[size_t(i)].kind == VertexKind::Medium || path.vertices[size_t(i)].excludes_photons())
+      return false;
   return is_unconnectable(path.count, [&](int i) { return !path.joinable(i); });
 }
 

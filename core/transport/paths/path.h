@@ -81,7 +81,8 @@ struct Path {
   }
   double kept_light_step(int i) const {
     const PathEdge& edge = edges[size_t(i - 1)];
-    return double(edge.to_eye_area()) * edge.surface_pass * vertices[size_t(i)].stop_probability_from_light(-edge.to_eye);
+    return double(edge.to_eye_area()) * edge.surface_pass *
+           vertices[size_t(i)].stop_probability_from_light(-edge.to_eye);
   }
 };
 

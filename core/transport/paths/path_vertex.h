@@ -99,12 +99,11 @@ struct PathVertex {
     return is_on_sphere() && kind == VertexKind::Surface && glm::dot(point.ng, direction) < 0.0f;
   }
   /// The probability that a walk which arrives from `direction` at a surface, a light or the lens stops there.
-  float stop_probability(Vec3 direction) const {
-    return leaves_sphere_inwards(direction) ? 0.0f : 1.0f - pass;
-  }
+  float stop_probability(Vec3 direction) const { return leaves_sphere_inwards(direction) ? 0.0f : 1.0f - pass; }
   /// The same for walks from lights, which see what diffuse rays see.
   float stop_probability_from_light(Vec3 direction) const {
-    const bool hidden = kind == VertexKind::Surface && point.instance && !(point.instance->visibility & kVisibleDiffuse);
+    const bool hidden = kind == VertexKind::Surface && point.instance &&
+                        !(point.instance->visibility & kVisibleDiffuse);
     return hidden ? 0.0f : stop_probability(direction);
   }
   bool emits() const { return !is_black(shading.emission); }

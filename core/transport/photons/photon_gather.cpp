@@ -232,8 +232,9 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
   count_bounce(first, from, point);
   bool at_bounce_limit = past_limits(point, limits);
   const bool look_up = maps_.has_global || settings_.light_without_photons;
-  // No sharp bounce yet: a light that is hit is direct light; after a sharp bounce it would be a caustic.
-  bool straight = true;
+  // No sharp bounce yet: a light that is hit is direct light; after a sharp bounce it would be a caustic. The caustic map
+  // has no light that media, hair or points scatter: beyond them, the ray finds all light.
+  bool straight = true, finds_all = false;
   float length = 0.0f;
   for (uint32_t vertex = 0;; ++vertex) {
     const uint32_t base = dimension + kVertexDimensions * vertex;
@@ -251,7 +252,7 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
       const EyeMedia::Step step = media.pass(walk, sampler, base + kRoughLight, !at_bounce_limit, beta, radiance);
       if (step == EyeMedia::Step::End) break;
       at_bounce_limit = at_bounce_limit || media.at_limit();
-      if (media.chose_direction()) straight = true;
+      if (media.chose_direction()) straight = finds_all = true;
       if (step == EyeMedia::Step::Traced) continue;
     }
     if (straight && !walk.found()) walk.meet_distant(add_met);
@@ -273,7 +274,8 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
     }
     if (!split.sharp()) break;
     // No photons are stored on hair and points: direct light is sampled here, and the ray that goes on finds all other light.
-    if (on_strand_or_point(point) && !at_bounce_limit)
+    finds_all = finds_all || on_strand_or_point(point);
+    if (finds_all && !at_bounce_limit)
       radiance += beta * direct_light(point, *split.sharp(), {media, walk.hit}, sampler, base + kSharpLight);
     const auto sample = sample_sharp(*split.sharp(), point.wo, {sampler, base + kLobe});
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
@@ -283,12 +285,13 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
       if (!(max_component(beta) > 0.0f) || !walk.pass_through()) break;
       continue;
     }
-    straight = on_strand_or_point(point);
+    straight = finds_all;
     if (straight) origin = origin_at(point, split.sharp()->receiving_normal(), hit_pdf(*sample));
     if (at_bounce_limit || !look_up) break;
     count_bounce(*sample, point, point);
     at_bounce_limit = past_limits(point, limits);
-    if ((at_bounce_limit && !straight) || !survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta))
+    if ((at_bounce_limit && !straight) ||
+        !survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta))
       break;
     media.leave(walk, sample->wi);
     media.scattered_at_surface();

@@ -20,6 +20,7 @@ constexpr uint32_t kBlock = 512;                                    // photon pa
 constexpr uint32_t kEmissionDimensions = 5, kBounceDimensions = 5;  // of a bounce: event, lobe, direction, roulette
 constexpr uint32_t kMediaDimension = 4096, kMediaDimensions = 8;    // for each ray
 constexpr uint32_t kChanceDimension = 16384;                        // plus the vertex
+constexpr uint32_t kSideDimension = 20480;                          // plus the vertex
 
 /// Bounces so far, for comparison with the limits that a path tracer applies to the whole path. A stored photon has one
 /// more bounce (caustics) or two more (global map) before it reaches the eye.
@@ -222,7 +223,7 @@ class BlockTracer {
   Side side_of_sphere(const Ray& ray, const Hit& hit, uint32_t vertex, ShadingPoint& point, Color& flux) {
     if (!point.mesh->points || !transmits(shading_.bsdf)) return Side::Any;
     flux *= 2.0f;
-    sampler_.set_dimension(kChanceDimension + vertex);
+    sampler_.set_dimension(kSideDimension + vertex);
     const float way = way_out(point, ray.direction);
     if (sampler_.get_1d() < 0.5f || !(way > 0.0f)) return Side::Near;
     Ray back = ray;
