@@ -81,7 +81,6 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
   alpha = 0.0f;
   seen = Color(0.0f);
   polished_ = false;
-  logs_ = log_ != nullptr;
   for (uint32_t vertex = 0;; ++vertex) {
     walk.trace();
     const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
@@ -232,8 +231,7 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
   count_bounce(first, from, point);
   bool at_bounce_limit = past_limits(point, limits);
   const bool look_up = maps_.has_global || settings_.light_without_photons;
-  // No sharp bounce yet: a light that is hit is direct light; after a sharp bounce it would be a caustic. The caustic map
-  // has no light that media, hair or points scatter: beyond them, the ray finds all light.
+  // Straight: no sharp bounce, after which light is a caustic of the map, unless media, hair or points scatter it.
   bool straight = true, finds_all = false;
   float length = 0.0f;
   for (uint32_t vertex = 0;; ++vertex) {
@@ -290,9 +288,8 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
     if (at_bounce_limit || !look_up) break;
     count_bounce(*sample, point, point);
     at_bounce_limit = past_limits(point, limits);
-    if ((at_bounce_limit && !straight) ||
-        !survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta))
-      break;
+    if (at_bounce_limit && !straight) break;
+    if (!survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta)) break;
     media.leave(walk, sample->wi);
     media.scattered_at_surface();
     walk.leave_along(sample->wi);

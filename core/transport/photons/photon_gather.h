@@ -59,6 +59,7 @@ class PhotonGatherer {
   Sampler& start(uint32_t pixel, uint32_t index) {
     pixel_ = pixel;
     index_ = index;
+    logs_ = log_ != nullptr;
     sampler_.start(pixel, index);
     return sampler_;
   }

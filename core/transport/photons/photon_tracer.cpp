@@ -179,9 +179,8 @@ class BlockTracer {
       point.ray_kind = kRayDiffuse | kRayReflection;
       point.ray_depth = point.diffuse_depth = 1;
       scene_.material(hit).evaluate_surface(point, shading_);
-      const bool small = on_strand_or_point(point);
-      const Side side = small ? side_of_sphere(ray, hit, vertex, point, flux) : Side::Any;
-      const LobeSplit split(shading_.bsdf, point.wo, small);
+      const Side side = side_of_sphere(ray, hit, vertex, point, flux);
+      const LobeSplit split(shading_.bsdf, point.wo, on_strand_or_point(point));
       // Lookups would not separate the kinds of lobes that see the light: they sample such a light themselves.
       const bool separated = flags_.partial() && bounces.total == 0;
       const bool lit = is_lit(point.position, ray.direction) &&
@@ -201,18 +200,16 @@ class BlockTracer {
         ray = scene_.straight_on(point, ray, hit.t);
         continue;
       }
-      if (side != Side::Any && (glm::dot(sample->wi, point.ng) > 0.0f) != (side == Side::Near)) return;
-      if (!lit || (beyond_other && !was_rough_)) return;  // sharp lobes see lights past nothing (LightFlags::partial)
+      if (!lit || goes_inwards(point, side, sample->wi) || (beyond_other && !was_rough_))
+        return;  // sharp lobes see lights past nothing (LightFlags::partial)
       beyond_other = false;
       soft_lamp_.reset();
       if (separated && !keep_visible(point, *(was_rough_ ? split.rough() : split.sharp()), *sample, flux)) return;
       bounces.add(*sample);
-      bounces.only_sharp &= !was_rough_ && !small;
+      bounces.only_sharp &= !was_rough_ && !on_strand_or_point(point);
       if (!(emission_.plan.global && bounces.global(limits)) && !bounces.caustic(limits)) return;
       kind = ray_kind_after(*sample);
-      if (media_ && glm::dot(sample->wi, point.ng) < 0.0f && side == Side::Any)
-        media_->cross(hit, !point.backfacing, stack_);
-      ray = scene_.spawn_ray(point, sample->wi);
+      ray = leave(point, hit, side, sample->wi);
     }
   }
 
@@ -239,6 +236,15 @@ class BlockTracer {
     point.backfacing = true;
     scene_.material(hit).evaluate_surface(point, shading_);
     return Side::Far;
+  }
+
+  static bool goes_inwards(const ShadingPoint& point, Side side, Vec3 direction) {
+    return side != Side::Any && (glm::dot(direction, point.ng) > 0.0f) != (side == Side::Near);
+  }
+  Ray leave(const ShadingPoint& point, const Hit& hit, Side side, Vec3 direction) {
+    if (media_ && side == Side::Any && glm::dot(direction, point.ng) < 0.0f)
+      media_->cross(hit, !point.backfacing, stack_);
+    return scene_.spawn_ray(point, direction);
   }
 
   /// Whether the light that a photon brings on its first ray illuminates p.
