@@ -8,9 +8,10 @@
 
 namespace ajar {
 
-/// What `gather_names` fills: the groups of the scene, the lights whose number of bounces is less than the scene's,
-/// the objects that some kinds of rays beyond the camera see and others do not, the index of the group of each lamp, of each object and of the
-/// world (-1: none), and the ids of each object, of its asset, and of each material, with the default one last.
+/// What `gather_names` fills: the groups of the scene, the lights whose number of bounces is less than the scene's, the
+/// first objects that some kinds of rays beyond the camera see and others do not ("..." stands for more), the index of
+/// the group of each lamp, of each object and of the world (-1: none), and the ids of each object, of its asset, and of
+/// each material, with the default one last.
 struct PassNames {
   std::vector<std::string>&groups, &limited_lights, &partly_hidden_objects;
   std::vector<int>&lamp_groups, &object_groups;

@@ -238,6 +238,7 @@ class BlockTracer {
     return Side::Far;
   }
 
+  /// Of a place on a sphere that side_of_sphere has chosen: the photon would go into the sphere.
   static bool goes_inwards(const ShadingPoint& point, Side side, Vec3 direction) {
     return side != Side::Any && (glm::dot(direction, point.ng) > 0.0f) != (side == Side::Near);
   }

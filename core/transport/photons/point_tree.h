@@ -28,7 +28,8 @@ Vec3 unpack_direction(uint32_t packed);
 
 struct SurfacePoint {
   Vec3 position;
-  /// Geometric, on the side of the lookups (seen_from): that of the light, if the surface reflects. The two high bits store the tree's splitting axis.
+  /// Geometric, on the side of the lookups (seen_from): that of the light, if the surface reflects. The two high bits
+  /// store the tree's splitting axis.
   uint32_t packed_normal;
 };
 
