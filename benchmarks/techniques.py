@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Compares all techniques with Cycles at equal CPU time, on scenes whose light is hard to find:
 
-    benchmarks/techniques.py [SCENE ...] [--seconds 3] [--repeats 5] [--reference-seconds 240] [--wheel PYTHON]
+    benchmarks/techniques.py [SCENE ...] [--seconds 3] [--repeats 5] [--reference-seconds 240] [--techniques NAMES] [--wheel PYTHON]
 
 All techniques of a scene are compared with one reference: the mean of independent `metropolis` renders, checked by the mean of an independent `bdpt`
 render. The remaining noise of the reference is subtracted from every error. Techniques are rendered in turn, with new seeds in every turn. The result
@@ -108,7 +108,8 @@ def measure_scene(scene: Scene, ajar: renderers.AjarBuild, work: Path, options: 
     if options.wheel:
         for name, guiding in (("Cycles wheel", False), ("Cycles wheel, guided", True)):
             techniques[name] = cycles_technique(scene, folder / "wheel", options.seconds, options.threads, python=options.wheel, guiding=guiding)
-    for name, arguments in AJAR_TECHNIQUES.items():
+    for name in options.techniques.split(";"):
+        arguments = AJAR_TECHNIQUES[name]
         def render_by_ajar(seed: int, name: str = name, arguments: list[str] = arguments) -> renderers.Render:
             return ajar_image(ajar, scene_file, folder / name.replace(", ", "_"), options.seconds, seed, options.threads, arguments)
         techniques[name] = render_by_ajar
@@ -219,6 +220,7 @@ def main() -> int:
     parser.add_argument("--reference-seconds", type=float, default=240.0, help="for each scene's reference")
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--techniques", default=";".join(AJAR_TECHNIQUES), help="names of Ajar's techniques, with semicolons between them")
     parser.add_argument("--wheel", help="a Python with the bpy wheel of a newer Blender, as another competitor")
     parser.add_argument("--references-only", action="store_true", help="make the references and stop")
     options = parser.parse_args()

@@ -31,6 +31,10 @@ bool is_aux_pass(const std::string& pass) {
 constexpr std::array kShares{"Share BSDF",   "Share Light 1", "Share Light 2", "Share Cone",
                              "Share Lobe 1", "Share Lobe 2",  "Share Lobe 3"};
 
+/// The passes whose light can be splatted, in the order of Film::plane_of_part.
+constexpr std::array kSplattedParts{"DiffDir",  "GlossDir", "TransDir",  "DiffInd",
+                                    "GlossInd", "TransInd", "VolumeDir", "VolumeInd"};
+
 /// -1: it is not in the list.
 template <class List>
 int index_of_name(const List& names, const std::string& name) {
@@ -124,17 +128,22 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
   if (wants_surface) aux_.resize(pixels_.size());
   if (wants_guides) guides_.resize(pixels_.size());
   if (wants_parts) parts_.resize(pixels_.size());
+  for (size_t part = 0; part < kSplattedParts.size(); ++part)
+    if (std::find(passes.begin(), passes.end(), kSplattedParts[part]) != passes.end())
+      part_planes_[part] = uint16_t(1 + light_groups().size() + splatted_parts_++);
 }
 
 uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool splats) {
   const bool aux = std::any_of(passes.begin(), passes.end(), is_aux_pass),
              guides = std::any_of(passes.begin(), passes.end(), is_guide_pass),
              parts = std::any_of(passes.begin(), passes.end(), is_part_pass);
-  const auto groups = size_t(std::count_if(passes.begin(), passes.end(),
-                                           [](const std::string& pass) { return !light_group_of(pass).empty(); }));
+  const auto separate = size_t(std::count_if(passes.begin(), passes.end(), [](const std::string& pass) {
+    return !light_group_of(pass).empty() ||
+           std::find(kSplattedParts.begin(), kSplattedParts.end(), pass) != kSplattedParts.end();
+  }));
   return sizeof(Pixel) + (aux ? sizeof(AuxPixel) : 0) + (guides ? sizeof(GuidePixel) : 0) +
          (parts ? sizeof(PartsPixel) : 0) + ExtraPasses::bytes_per_pixel(passes) + kMaxRemembered * 3 * sizeof(float) +
-         (splats ? (1 + groups) * (sizeof(SplatPixel) + std::tuple_size_v<decltype(pending_)> * sizeof(PendingPixel))
+         (splats ? (1 + separate) * (sizeof(SplatPixel) + std::tuple_size_v<decltype(pending_)> * sizeof(PendingPixel))
                  : 0);
 }
 
@@ -235,6 +244,22 @@ void Film::add_parts(int x, int y, const SampleParts& parts) {
   }
 }
 
+void add_light(SampleParts& parts, const PathPasses& of, Color light) {
+  if (of.group >= 0) parts.groups[size_t(of.group)] += light;
+  using Part = PathPasses::Part;
+  switch (of.part) {
+    case Part::None: break;
+    case Part::Emission: parts.emission += light; break;
+    case Part::Environment: parts.environment += light; break;
+    case Part::VolumeDirect: parts.volume[0] += light; break;
+    case Part::VolumeIndirect: parts.volume[1] += light; break;
+    case Part::Direct:
+    case Part::Indirect:
+      for (size_t k = 0; k < 3; ++k)
+        (of.part == Part::Direct ? parts.direct : parts.indirect)[k] += light * of.shares[k];
+  }
+}
+
 void Film::set_goals(std::vector<uint32_t> goals) {
   goals_ = std::move(goals);
   if (!goals_.empty()) early_.reserve(pixels_.size(), *std::max_element(goals_.begin(), goals_.end()));
@@ -265,7 +290,7 @@ void Film::carry(PendingSplats& splats, size_t index, bool odd, int channel) {
   splats.carried[(2 * index + odd) * 3 + size_t(channel)] += part / kCarried;
 }
 
-void Film::add_splat(int x, int y, Color value, bool odd, int group) {
+void Film::add_splat(int x, int y, Color value, bool odd, const PathPasses& passes) {
   if (x < x0_ || x >= x1_ || y < y0_ || y >= y1_) return;
   const float largest = max_component(glm::abs(value));
   if (!(largest < std::end(kSplatRanges)[-1].below)) {
@@ -275,7 +300,18 @@ void Film::add_splat(int x, int y, Color value, bool odd, int group) {
   if (largest == 0.0f) return;
   const size_t index = index_of(x, y);
   add_splat_at(index, value, largest, odd);
-  if (group >= 0) add_splat_at(index + pixels_.size() * size_t(group + 1), value, largest, odd);
+  if (passes.group >= 0) add_splat_at(index + pixels_.size() * size_t(passes.group + 1), value, largest, odd);
+  if (passes.part == PathPasses::Part::None || splatted_parts_ == 0) return;
+  const auto add_to = [&](size_t part, Color light) {
+    const float greatest = max_component(glm::abs(light));
+    if (plane_of_part(part) > 0 && greatest > 0.0f)
+      add_splat_at(index + pixels_.size() * plane_of_part(part), light, greatest, odd);
+  };
+  using Part = PathPasses::Part;
+  if (passes.part == Part::VolumeDirect || passes.part == Part::VolumeIndirect)
+    add_to(passes.part == Part::VolumeDirect ? 6 : 7, value);
+  else if (passes.part == Part::Direct || passes.part == Part::Indirect)
+    for (size_t k = 0; k < 3; ++k) add_to(k + (passes.part == Part::Direct ? 0 : 3), value * passes.shares[k]);
 }
 
 void Film::add_splat_at(size_t index, Color value, float largest, bool odd) {
@@ -358,6 +394,7 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
     return out;
   const bool is_extra = ExtraPasses::makes(pass);
   const int group = index_of_name(light_groups(), light_group_of(pass));
+  const size_t indirect = pass.ends_with("Ind") ? 1 : 0;
   const size_t kind = pass.starts_with("Diff") ? 0 : pass.starts_with("Gloss") ? 1 : 2;
   std::vector<float> variance;
   if (pass == "Variance" || pass == "Error" || pass == "Perceptual Error") variance = variance_of_mean();
@@ -403,12 +440,13 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
         if (pass == "Emit" || pass == "Env")
           o[c] = float((pass == "Emit" ? parts.emission : parts.environment)[c] * scale * double(exposure));
         else if (pass.starts_with("Volume"))
-          o[c] = float(parts.volume[pass == "VolumeInd"][c] * scale * double(exposure));
+          o[c] = float((parts.volume[indirect][c] * scale + splatted_part(6 + indirect, i, c)) * double(exposure));
         else if (pass.ends_with("Col"))
           o[c] = float(color * scale);
         else
-          o[c] = color > 0.0 ? float((pass.ends_with("Dir") ? parts.direct : parts.indirect)[kind][c] / color *
-                                     double(exposure))
+          o[c] = color > 0.0 ? float(((indirect ? parts.indirect : parts.direct)[kind][c] +
+                                      splatted_part(kind + 3 * indirect, i, c) / scale) /
+                                     color * double(exposure))
                              : 0.0f;
       }
     } else {

@@ -74,6 +74,16 @@ struct SampleParts {
 /// Whether a pass is made from SampleParts, which not all integrators provide.
 bool is_part_pass(const std::string& pass);
 
+/// The passes to which the light of one path belongs.
+struct PathPasses {
+  enum class Part : uint8_t { None, Emission, Environment, Direct, Indirect, VolumeDirect, VolumeIndirect };
+  int group = -1;  ///< index in Film::light_groups(); -1: no pass shows it
+  Part part = Part::None;
+  std::array<Color, 3> shares{Color(0.0f), Color(0.0f), Color(0.0f)};  ///< of the kinds of lobes in Direct and Indirect
+};
+/// Adds the light of a path.
+void add_light(SampleParts& parts, const PathPasses& of, Color light);
+
 class Film {
  public:
   Film() = default;
@@ -88,7 +98,9 @@ class Film {
   int x0() const { return x0_; }
   int y0() const { return y0_; }
   bool wants_aux() const { return wants_aux_; }
-  bool wants_parts() const { return !parts_.empty() || !extra_.groups().empty(); }
+  bool wants_parts() const { return wants_light_parts() || !extra_.groups().empty(); }
+  /// Whether a pass is asked for for which is_part_pass is true.
+  bool wants_light_parts() const { return !parts_.empty(); }
   const std::vector<std::string>& light_groups() const { return extra_.groups(); }
   /// Coverage of mattes that their tables could not hold, as a fraction of all samples.
   double dropped_mattes() const;
@@ -133,9 +145,9 @@ class Film {
   /// Allocates memory for splats. Must be called before the first splat.
   void enable_splats();
   /// Adds a splat to pixel (x, y) of the full frame, from any thread; splats outside the region are ignored. `odd`
-  /// selects one of two independent halves of all splats, for the estimate of the error. `group`: index in
-  /// light_groups() of the light group whose light it is; -1: of none.
-  void add_splat(int x, int y, Color value, bool odd, int group = -1);
+  /// selects one of two independent halves of all splats, for the estimate of the error. Light that is seen directly is
+  /// not splatted.
+  void add_splat(int x, int y, Color value, bool odd, const PathPasses& passes = {});
   /// Called between iterations: adds the splats since the last call to the image. `scale` is the factor of the sum of
   /// all splats so far, such as one over the number of light paths per pixel.
   void end_splats(double scale);
@@ -221,8 +233,14 @@ class Film {
   void add_parts_exactly(size_t index, const SampleParts& parts);
   void add_splats_exactly(size_t index, int half, int channel, __int128 sum, double units);
   void add_splat_at(size_t index, Color value, float largest, bool odd);
-  /// Entries of the splats: those of the image, and after them those of each light group.
-  size_t splat_count() const { return pixels_.size() * (1 + light_groups().size()); }
+  /// Entries of the splats: those of the image, after them those of each light group, then those of the part passes.
+  size_t splat_count() const { return pixels_.size() * (1 + light_groups().size() + splatted_parts_); }
+  /// Index of the entries of a part pass; 0 if it is not asked for. `part`: 0 to 2 direct light by kind, 3 to 5 indirect
+  /// light, 6 and 7 direct and indirect light of volumes.
+  size_t plane_of_part(size_t part) const { return part_planes_[part]; }
+  double splatted_part(size_t part, size_t pixel, int channel) const {
+    return plane_of_part(part) > 0 ? splatted(pixel + pixels_.size() * plane_of_part(part), channel) : 0.0;
+  }
   uint64_t lost_bytes() const;
   PendingSplats& pending_of(float largest, double& units);
   static void carry(PendingSplats& splats, size_t index, bool odd, int channel);
@@ -252,6 +270,8 @@ class Film {
   std::unique_ptr<SplatPixel[]> splats_;
   std::array<PendingSplats, 3> pending_;
   double splat_scale_ = 0.0;
+  std::array<uint16_t, 8> part_planes_{};
+  size_t splatted_parts_ = 0;
   int x0_ = 0, y0_ = 0, x1_ = 0, y1_ = 0;
   bool wants_aux_ = false;
   std::vector<Pixel> pixels_;

@@ -120,7 +120,7 @@ void Film::add_parts_exactly(size_t index, const SampleParts& parts) {
 }
 
 void Film::add_splats_exactly(size_t index, int half, int channel, __int128 sum, double units) {
-  if (lost_->splats.empty()) lost_->splats.resize(pixels_.size());
+  if (lost_->splats.empty()) lost_->splats.resize(splat_count());
   double &high = splats_[index].sum[half][channel], &low = lost_->splats[index].sum[half][channel];
   const double rounded = double(sum);  // units are powers of two: divisions by them are exact
   add_exactly(high, low, rounded / units);
@@ -167,7 +167,7 @@ FilmSums Film::sums() const {
   read_table(s.tables[1], aux_, lost_->aux, aux_.size(), widths[1]);
   read_table(s.tables[2], guides_, lost_->guides, guides_.size(), widths[2]);
   read_table(s.tables[3], parts_, lost_->parts, parts_.size(), widths[3]);
-  read_table(s.tables[4], splats_, lost_->splats, splats_ ? s.pixels : 0, widths[4]);
+  read_table(s.tables[4], splats_, lost_->splats, splats_ ? splat_count() : 0, widths[4]);
   // These are values and not sums.
   for (size_t i = 0; i < aux_.size(); ++i)
     for (const size_t k : {size_t(0), size_t(4), size_t(5), size_t(6)}) s.tables[1].high[i * widths[1] + k] = 0.0;
@@ -179,9 +179,9 @@ void Film::set_sums(const FilmSums& s) {
   const auto& widths = FilmSums::kWidths;
   if (!s.tables[4].high.empty()) {
     enable_splats();
-    lost_->splats.resize(pixels_.size());
+    lost_->splats.resize(splat_count());
   }
-  const size_t entries[] = {pixels_.size(), aux_.size(), guides_.size(), parts_.size(), splats_ ? pixels_.size() : 0};
+  const size_t entries[] = {pixels_.size(), aux_.size(), guides_.size(), parts_.size(), splats_ ? splat_count() : 0};
   bool fits = s.pixels == pixels_.size() && s.counts.size() == 2 * s.pixels &&
               s.firsts.size() == FilmSums::kFirsts * aux_.size();
   for (size_t k = 0; k < widths.size(); ++k)

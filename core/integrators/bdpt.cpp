@@ -8,7 +8,6 @@
 #include "integrators/tile_loop.h"
 #include "transport/bidirectional/bidirectional.h"
 #include "transport/hints/followed_hints.h"
-#include "transport/paths/light_of_groups.h"
 #include "transport/paths/path.h"
 
 namespace ajar {
@@ -49,7 +48,6 @@ class Bdpt final : public Integrator {
     film.enable_splats();
     if (!space_) begin(film, stop);
     const double light_walks = double(film.width()) * double(film.height());
-    const LightOfGroups groups(*scene_, film);
     tbb::enumerable_thread_specific<BidirectionalWalks> walks([&] {
       BidirectionalWalks w(*scene_, light_walks);
       w.finds_beyond_terminator = true;
@@ -57,7 +55,7 @@ class Bdpt final : public Integrator {
       w.media = media_.get();
       w.merging = merging_.active() ? &merging_ : nullptr;
       w.guide = space_->guide;
-      w.separates_groups = groups.any();
+      w.passes = LightPasses(*scene_, film);
       return w;
     });
     const auto add_samples = [&](int more) {
@@ -65,7 +63,7 @@ class Bdpt final : public Integrator {
       for_each_sample(
           film, samples_done_, stop,
           [&] {
-            return Tile{Sampler(Sampler::Kind::Sobol, seed_), walks.local(), groups};
+            return Tile{Sampler(Sampler::Kind::Sobol, seed_), walks.local()};
           },
           [&](Tile& tile, int px, int py, uint32_t index) { add_sample(film, px, py, index, light_walks, tile); });
     };
@@ -97,7 +95,6 @@ class Bdpt final : public Integrator {
   struct Tile {
     Sampler sampler;
     BidirectionalWalks& walks;
-    LightOfGroups groups;
   };
 
   void begin(const Film& film, const std::atomic<bool>& stop) {
@@ -108,15 +105,14 @@ class Bdpt final : public Integrator {
   }
 
   void add_sample(Film& film, int px, int py, uint32_t index, double light_walks, Tile& tile) const {
-    auto& [sampler, walks, groups] = tile;
+    auto& [sampler, walks] = tile;
     const int full_width = scene_->settings().width, full_height = scene_->settings().height;
     sampler.start(uint32_t(py) * uint32_t(full_width) + uint32_t(px), index);
     const Vec2 offset = filter_.sample(sampler.get_2d());
     SampleRecord record;
     SampleAux* const aux = record.begin(film, px, py);
     Color radiance(0.0f);
-    const bool separates = groups.any();
-    if (separates) groups.begin();
+    const bool separates = walks.passes.any();
     uint32_t splats = 0;
     const uint64_t rays_before = walks.rays();
     // The two halves get equally many splats, whatever the sample counts are.
@@ -125,7 +121,7 @@ class Bdpt final : public Integrator {
     for (const FoundPath& path : walks.sample(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, sampler, aux)) {
       if (path.t > 1 || path.s == 0) {
         radiance += path.contribution;
-        if (separates) groups.add(*scene_, walks.light_of(path), path.contribution);
+        if (separates) walks.passes.add(walks.passes_of(path), path.contribution);
         continue;
       }
       sampler.set_dimension(kSplatDimension + 2 * splats++);
@@ -134,13 +130,11 @@ class Bdpt final : public Integrator {
                  row = filter_.place(path.film.y, 0, full_height, u.y);
       film.add_splat(column.pixel, row.pixel,
                      path.contribution * float(double(column.weight * row.weight) / light_walks), odd,
-                     separates ? groups.pass_of(*scene_, walks.light_of(path)) : -1);
+                     separates ? walks.passes_of(path) : PathPasses());
     }
     const bool added = film.add_sample(px, py, radiance + walks.merged() + walks.glow(), walks.alpha(), aux);
     film.add_rays(px, py, walks.rays() - rays_before);
-    if (!added || !separates) return;
-    for (int g = 0; g < int(walks.merged_of_groups().size()); ++g) groups.add(g, walks.merged_of_groups()[size_t(g)]);
-    film.add_parts(px, py, groups.parts());
+    if (added && separates) film.add_parts(px, py, walks.passes.parts());
   }
 
   std::shared_ptr<const Scene> scene_;

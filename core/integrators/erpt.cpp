@@ -48,7 +48,7 @@ class EnergyRedistribution final : public Integrator {
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     film.enable_splats();
-    groups_ = LightOfGroups(*scene_, film);
+    passes_ = LightPasses(*scene_, film);
     if (!space_) begin(film, stop);
     direct_.add(film, *space_, samples_per_pixel, stop);
     steps_wanted_ += uint64_t(film.width()) * uint64_t(film.height()) * uint64_t(samples_per_pixel);
@@ -198,7 +198,7 @@ class EnergyRedistribution final : public Integrator {
         worker.chain.step(sampler, [&](const Path& path, double weight) {
           const PathSpace::Place place = space_->place(path.film, sampler.get_2d());
           film.add_splat(place.x, place.y, path.splat(deposit * weight * double(place.weight)), i & 1,
-                         groups_.pass_of(*scene_, path.vertices[0]));
+                         passes_.of(*scene_, path));
           luminance_->add_flux(path.film, deposit * weight * path.energy() / path.target);
         });
       }
@@ -210,7 +210,7 @@ class EnergyRedistribution final : public Integrator {
   std::unique_ptr<const PathMedia> media_;  ///< of the scene, if it has any
   uint32_t seed_ = 0;
   DirectPass direct_;
-  LightOfGroups groups_;
+  LightPasses passes_;
   std::shared_ptr<const AttachedHints> hints_;
   FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;

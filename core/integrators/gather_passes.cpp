@@ -171,6 +171,8 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
         if (!only_arrivals)
           gatherer.guide(&guide_, guide_samples_.empty() ? nullptr : &guide_samples_[number], guide_stride);
         if (arrivals_) gatherer.log_arrivals(&logs[number], only_arrivals);
+        LightPasses passes(*scene_, film);
+        if (passes.any() && !only_arrivals) gatherer.separate(&passes);
         for (int y = row * kTile; y < std::min((row + 1) * kTile, height); ++y) {
           for (int x = column * kTile; x < std::min((column + 1) * kTile, width); ++x) {
             const int px = film.x0() + x, py = film.y0() + y;
@@ -236,14 +238,15 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
     const uint64_t rays_before = gatherer.rays();
     const Color rest = sees_nothing(ray) ? Color(0.0f) : gatherer.trace(ray, aux, alpha, seen);
     // Light that is seen directly is separate only where there are no media.
-    if (further_.active() && !media_)
+    if (further_.active() && !media_ && !gatherer.passes())
       seen = further_.mean_with(
           seen, gatherer.polished(), luminance(rest), px, py, [&](Vec2 on_film, Sampler& sampler) {
             const Vec2 u_lens = scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
             const Ray further = scene_->camera().generate_ray(on_film, u_lens, sample_time(*scene_, sampler));
             return sees_nothing(further) ? Color(0.0f) : trace_seen_light(*scene_, further, sampler, seen_rays.local());
           });
-    film.add_sample(px, py, rest + seen, alpha, aux);
+    if (film.add_sample(px, py, rest + seen, alpha, aux) && gatherer.passes())
+      film.add_parts(px, py, gatherer.passes()->parts());
     film.add_rays(px, py, gatherer.rays() - rays_before);
   });
   seen_rays.combine_each([&](uint64_t rays) { seen_rays_ += rays; });

@@ -368,10 +368,10 @@ class IrradianceCache final : public Integrator {
   /// Media along the present ray. Beta and to_lights get what remains of them. Traced: the walk has a new ray.
   EyeMedia::Step pass_media(EyeMedia& media, EyeWalk& walk, Sampler& sampler, uint32_t dimension, Throughputs light,
                             float& alpha) const {
-    Color through(1.0f), scattered(0.0f);
-    const EyeMedia::Step step = media.pass(walk, sampler, dimension, !light.at_bounce_limit, through, scattered,
-                                           &alpha);
-    light.radiance += light.beta * scattered;
+    Color through(1.0f);
+    EyeMedia::Light found;
+    const EyeMedia::Step step = media.pass(walk, sampler, dimension, !light.at_bounce_limit, through, found, &alpha);
+    light.radiance += light.beta * found.sum();
     light.beta *= through;
     light.to_lights *= through;
     if (media.chose_direction()) light.to_lights = light.beta;

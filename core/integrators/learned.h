@@ -25,6 +25,10 @@ struct Learned {
   struct Choice {
     Vec3 eye, direction;
     uint32_t age;
+    /// Whether it probably suits another camera in a scene of this radius.
+    bool is_near(const Choice& other, float radius_of_scene) const {
+      return glm::length(other.eye - eye) < 0.1f * radius_of_scene && glm::dot(other.direction, direction) > 0.9f;
+    }
   };
   static constexpr uint32_t kMaxAge = 24;  ///< of the choice, in frames
   /// A guide with more cells (about 60 MB) is not passed on, so that a long flight through a large scene does not fill

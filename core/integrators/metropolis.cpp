@@ -33,7 +33,7 @@ class Metropolis final : public Integrator {
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     film.enable_splats();
-    groups_ = LightOfGroups(*scene_, film);
+    passes_ = LightPasses(*scene_, film);
     if (!space_) begin(film, stop);
     if (!space_) return;
     direct_.add(film, *space_, samples_per_pixel, stop);
@@ -74,8 +74,7 @@ class Metropolis final : public Integrator {
   void run_chains(Film& film, uint64_t steps, const std::atomic<bool>& stop) {
     chains_.run(steps, stop, [&](size_t chain, const Path& path, double weight, Sampler& sampler) {
       const PathSpace::Place place = space_->place(path.film, sampler.get_2d());
-      film.add_splat(place.x, place.y, path.splat(weight * double(place.weight)), chain & 1,
-                     groups_.pass_of(*scene_, path.vertices[0]));
+      film.add_splat(place.x, place.y, path.splat(weight * double(place.weight)), chain & 1, passes_.of(*scene_, path));
     });
   }
 
@@ -83,7 +82,7 @@ class Metropolis final : public Integrator {
   std::unique_ptr<const PathMedia> media_;  ///< of the scene, if it has any
   uint32_t seed_ = 0;
   DirectPass direct_;
-  LightOfGroups groups_;
+  LightPasses passes_;
   std::shared_ptr<const AttachedHints> hints_;
   FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;

@@ -19,7 +19,7 @@
 #include "transport/media/path_in_media.h"
 #include "transport/media/subsurface_walk.h"
 #include "transport/paths/eye_walk.h"
-#include "transport/paths/light_shares.h"
+#include "transport/paths/light_passes.h"
 #include "transport/paths/record.h"
 
 namespace ajar {

@@ -170,7 +170,7 @@ class Planner {
       instead = "a light does not light all objects";
     else if (scene_.lights().any_limited())
       instead = "a light has its own number of bounces";
-    else if (plan_.parts)
+    else if (plan_.parts && integrator_.has_direct_methods)
       instead = "passes of parts of the light are asked for";
     if (asked.value == DirectMethod::Mis && direct.samples == 1) instead.clear();
     if (!instead.empty()) direct = {};
@@ -180,7 +180,8 @@ class Planner {
     else
       direct.pilot_samples = 1.0f;
     // Only the path tracer has a pilot. The irradiance cache learns from its passes.
-    if (direct.method == DirectMethod::PmcHi && integrator_.knows_parts && direct.pilot_samples < kMinPilot) {
+    if (direct.method == DirectMethod::PmcHi && integrator_.has_direct_methods && !integrator_.stores_records &&
+        direct.pilot_samples < kMinPilot) {
       direct.method = DirectMethod::Mis;
       instead = "too few samples to learn from";
     }
@@ -253,7 +254,7 @@ class Planner {
     if (!black.empty())
       plan_.warnings.emplace_back(std::string(integrator_.label) + " does not render the passes " + listed(black) +
                                   ": they stay black. Path Tracing renders them.");
-    if (plan_.parts && settings_.direct != DirectMethod::Mis)
+    if (plan_.parts && integrator_.has_direct_methods && settings_.direct != DirectMethod::Mis)
       plan_.warnings.emplace_back("For the passes " + listed(parts) +
                                   ", direct light is sampled by the default method.");
   }
@@ -275,10 +276,11 @@ RenderPlan make_render_plan(const Scene& scene, const IntegratorInfo& integrator
   return plan;
 }
 
-std::string needs_path_tracing(const Scene& scene) {
-  const std::vector<std::string>& passes = scene.settings().passes;
-  if (std::any_of(passes.begin(), passes.end(), separates_light)) return "passes of parts of the light are asked for";
-  if (scene.lights().any_limited()) return "a light has its own number of bounces";
+std::string left_out_by(const Scene& scene, const IntegratorInfo& integrator) {
+  for (const std::string& pass : scene.settings().passes)
+    if (separates_light(pass) && !can_separate(integrator, pass))
+      return is_part_pass(pass) ? "passes of parts of the light are asked for" : "passes of light groups are asked for";
+  if (scene.lights().any_limited() && !integrator.follows_light_bounces) return "a light has its own number of bounces";
   return {};
 }
 

@@ -54,7 +54,7 @@ RenderPlan make_render_plan(const Scene& scene, const IntegratorInfo& integrator
 /// For the integrator in the scene's settings.
 RenderPlan make_render_plan(const Scene& scene);
 
-/// Why `auto` has to choose path tracing for this scene; empty: it does not.
-std::string needs_path_tracing(const Scene& scene);
+/// What the scene asks for and this integrator leaves out, as a reason of `auto` not to choose it; empty: nothing.
+std::string left_out_by(const Scene& scene, const IntegratorInfo& integrator);
 
 }  // namespace ajar

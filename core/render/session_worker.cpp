@@ -31,9 +31,8 @@ bool is_scene_of(const Scene& scene, const Learned& before) {
 /// Whether the technique that was chosen for earlier frames probably suits this one. Not for a render that continues
 /// from a checkpoint.
 bool takes_choice_of(const Scene& scene, const Learned& before, const Learned::Choice& here) {
-  const Learned::Choice& there = *before.choice;
-  return there.age < Learned::kMaxAge && is_scene_of(scene, before) &&
-         glm::length(here.eye - there.eye) < 0.1f * before.radius && glm::dot(here.direction, there.direction) > 0.9f;
+  return before.choice->age < Learned::kMaxAge && is_scene_of(scene, before) &&
+         before.choice->is_near(here, before.radius);
 }
 
 /// Gives the integrator what the previous frame has learned, and reports what it uses.
@@ -206,6 +205,7 @@ void SessionWorker::run(Job job) {
   if (final_render && find_integrator(asked.integrator).automatic) chosen = choose(camera);
   if (stop_.load()) return;
   level_ = {0, false};
+  awaits_choice_ = false;
   if (!final_render && state_.lock()->shows_pictures) return render_view(camera, start);
   prepare(std::move(chosen), start);
   render_all();
@@ -234,6 +234,7 @@ void SessionWorker::build(Job& job) {
   if (!replaced_integrator_.empty())
     found.push_back({Diagnostic::Severity::Warning, replaced_integrator_,
                      "does not render " + replaced_because_ + ": the scene is rendered by Path Tracing"});
+  view_choice_.reset();
   auto hints = std::make_shared<const AttachedHints>(attach_hints(*built));
   const auto state = state_.lock();
   state->diagnostics = std::move(found);
@@ -255,10 +256,7 @@ std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camer
     if (!state->base) learned = state->learned;
     seconds = state->settings.seconds;
   }
-  const Camera& view = scene->camera();
-  Learned::Choice here{
-      view.position(),
-      view.generate_ray(0.5f * Vec2(float(view.width()), float(view.height())), Vec2(0.5f), 0.0f).direction, 0};
+  Learned::Choice here = place_of(scene->camera());
   TechniqueChoice made;
   PlanSteps steps;
   if (learned && learned->choice && takes_choice_of(*scene, *learned, here)) {
@@ -449,6 +447,7 @@ void SessionWorker::render_all() {
     const bool last = ended();
     if (level_.divider > 0) show_picture(done, last);
     if (last) break;
+    if (changes_technique(done, so_far)) return render_by_choice();
   }
 }
 

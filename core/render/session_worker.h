@@ -48,6 +48,9 @@ class SessionWorker {
   void keep_checkpoint(SessionState& state);
   void render_all();
   void render_view(const CameraDescription& camera, Clock::time_point start);
+  void begin_view(const RenderSettings& settings);
+  bool changes_technique(uint64_t done, double seconds);
+  void render_by_choice();
   /// Makes a picture of the film if it is time for one; `done`: samples per pixel, `last`: no more follow.
   void show_picture(uint64_t done, bool last);
   void add_surfaces(const DenoiserInput& input, ViewPicture& picture);
@@ -70,7 +73,16 @@ class SessionWorker {
   ViewLevel level_{0, false};          // of the picture that is rendered for a view; divider 0: there are no pictures
   CameraDescription view_camera_;      // of these pictures
   RenderSettings view_settings_;       // of the picture of the full size
-  uint64_t next_picture_ = 1;          // number of samples per pixel at which the next picture is made
+  /// The technique that a pilot has chosen for the present scene in a view with `auto`.
+  struct ViewChoice {
+    std::string integrator;
+    PlanSteps steps;
+    Learned::Choice place;
+  };
+  std::optional<ViewChoice> view_choice_;
+  bool awaits_choice_ = false;       // the picture is path traced until the view has been still for a while
+  Clock::time_point pictures_from_;  // no pictures of the present technique before
+  uint64_t next_picture_ = 1;        // number of samples per pixel at which the next picture is made
   ViewSchedule schedule_;
   ViewDenoiser denoiser_;
   std::thread thread_;

@@ -234,19 +234,32 @@ std::span<const Candidate* const> order_of(const RenderSettings& asked) {
   return kOrder;
 }
 
+/// The candidates for the scene, in the order of the trials. `left_out`: why some are missing.
+std::vector<const Candidate*> candidates_of(const Scene& scene, std::string& left_out) {
+  std::vector<const Candidate*> candidates;
+  for (const Candidate* candidate : order_of(scene.settings())) {
+    std::string reason = left_out_by(scene, find_integrator(candidate->integrator));
+    if (reason.empty())
+      candidates.push_back(candidate);
+    else
+      left_out = std::move(reason);
+  }
+  return candidates;
+}
+
 struct Trials {
   std::vector<TechniqueTrial> trials;  ///< of the first techniques in the order
   bool finds_light = false;            ///< path tracing has found nearly all light
 };
 
-/// Runs pilots until it is clear that no further technique can be better. Changes the view of the scene.
-Trials run_trials(const Tried& tried, const RenderSettings& small, double samples_asked,
-                  const std::atomic<bool>& stop) {
+/// Runs pilots of `candidates` until it is clear that no further technique can be better. Changes the view of the scene.
+Trials run_trials(const Tried& tried, std::span<const Candidate* const> candidates, const RenderSettings& small,
+                  double samples_asked, const std::atomic<bool>& stop) {
   const RenderSettings& asked = tried.asked;
   Trials all;
   std::vector<Pilot> pilots;
   double unfound = 0.0;
-  for (const Candidate* candidate : order_of(asked)) {
+  for (const Candidate* candidate : candidates) {
     pilots.push_back(run_pilot(*candidate, tried, small, stop));
     if (stop.load()) break;
     all.trials = trials_of(pilots, asked, small, samples_asked);
@@ -258,7 +271,8 @@ Trials run_trials(const Tried& tried, const RenderSettings& small, double sample
     // Chains and photons are efficient if light is hard to find from the eye. The second technique is the one that says
     // more about the others: a denoiser handles the noise of photons much better than that of chains.
     const double hopeless = asked.denoised ? kHopelessPhotons : kHopelessChains;
-    if (pilots.size() == 2 && is_hopeless(all.trials[1].cost, all.trials[0].cost, hopeless)) {
+    if (pilots.size() == 2 && candidate == order_of(asked)[1] &&
+        is_hopeless(all.trials[1].cost, all.trials[0].cost, hopeless)) {
       all.finds_light = unfound < kModerateRelmse;
       if (all.finds_light || !asked.denoised) break;
     }
@@ -284,6 +298,11 @@ PlanSteps TechniqueChoice::plan() const {
   return plan;
 }
 
+Learned::Choice place_of(const Camera& camera) {
+  const Vec2 middle = 0.5f * Vec2(float(camera.width()), float(camera.height()));
+  return {camera.position(), camera.generate_ray(middle, Vec2(0.5f), 0.0f).direction, 0};
+}
+
 TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const CameraDescription& camera,
                                  const std::atomic<bool>& stop, std::shared_ptr<const AttachedHints> hints) {
   const auto start = std::chrono::steady_clock::now();
@@ -296,8 +315,10 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     choice.reason = "no lights are known";
     return choice;
   }
-  if (std::string needed = needs_path_tracing(*scene); !needed.empty()) {
-    choice.reason = std::move(needed);
+  std::string left_out;
+  const std::vector<const Candidate*> candidates = candidates_of(*scene, left_out);
+  if (candidates.size() == 1) {
+    choice.reason = std::move(left_out);
     return choice;
   }
   if (asked.bounces.total < 1) {
@@ -317,8 +338,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   }
 
   const RenderSettings small = smaller(asked, pixels);
-  const auto order = order_of(asked);
-  Trials all = run_trials(tried, small, samples_asked, stop);
+  Trials all = run_trials(tried, candidates, small, samples_asked, stop);
   choice.trials = std::move(all.trials);
   scene->change_view(camera, asked);
   if (stop.load()) {
@@ -329,14 +349,14 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   std::vector<PilotNoise> costs;
   std::vector<double> factors;
   for (const TechniqueTrial& trial : choice.trials) {
-    factors.push_back(asked.denoised ? order[costs.size()]->clearly : kClearlyBetter);
+    factors.push_back(asked.denoised ? candidates[costs.size()]->clearly : kClearlyBetter);
     costs.push_back(trial.cost);
   }
   const size_t best = clearly_best(costs, factors);
-  choice.settings.integrator = order[best]->integrator;
+  choice.settings.integrator = candidates[best]->integrator;
   // Guiding makes the independent noise of path tracing smaller, and is measured before it is used.
   if (best == 0 && !all.finds_light && asked.guiding == Guiding::Off) choice.settings.guiding = Guiding::Auto;
-  choice.name = order[best]->name;
+  choice.name = candidates[best]->name;
   choice.reason = costs.size() == 1 ? "its error in the pilot is small"
                   : best == 0       ? "no other technique is clearly better"
                                     : text(costs[0].whole / costs[best].whole) +

@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "integrators/learned.h"
 #include "integrators/render_plan.h"
 #include "render/pilot_comparison.h"
 #include "scene/scene.h"
@@ -39,6 +40,9 @@ struct TechniqueChoice {
   double seconds = 0.0;
   PlanSteps plan() const;
 };
+
+/// The place for which a choice is made.
+Learned::Choice place_of(const Camera& camera);
 
 /// Chooses the technique for `scene`, of which the caller must be the sole owner. Pilots change the view of the scene;
 /// it is restored at the end. `camera` is the present camera of the scene.

@@ -73,6 +73,17 @@ inline LightDescription area_lamp(Vec3 position, Vec3 direction, float size, flo
   return light;
 }
 
+/// A room that is lit by a lamp in a box with a small opening.
+inline SceneDescription hidden_lamp() {
+  SceneDescription d = grey_room(200);
+  add_object(d, cube(true), 0, moved(Vec3(0.7f, 0.7f, 0.7f), 0.28f));
+  d.instances.back().world_from_object[10] = 0.2799f;  // a box around the lamp ...
+  d.lights.push_back(area_lamp(Vec3(0.7f, 0.7f, 0.75f), Vec3(0, 0, 1), 0.05f, 50.0f));
+  MeshDescription& box = d.meshes[size_t(d.objects.back().mesh)];
+  box.triangles.resize(box.triangles.size() - 1);  // ... without one triangle
+  return d;
+}
+
 struct TransportScene {
   std::string name;
   SceneDescription description;

@@ -72,14 +72,8 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
   const Vec2 u_lens = lens_point ? *lens_point : scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
   time_ = pass_time ? *pass_time : sample_time(scene_, sampler);
   Ray ray = start_at_lens(scene_, film, u_lens, time_, eye_[0].vertex, pdf_direction);
-  eye_[0].beta = Color(1.0f);
-  eye_[0].exit = -1;
-  eye_count_ = 1;
-  hit_count_ = 0;
-  merged_ = glow_ = Color(0.0f);
-  merged_of_groups_.assign(separates_groups ? scene_.light_groups().size() : 0, Color(0.0f));
+  begin_at_lens();
   bool past_limit = false, only_specular = true;
-  enters_first_ = false;
   alpha_ = pdf_direction > 0.0f ? 0.0f : 1.0f;
   if (!(pdf_direction > 0.0f)) return;
   ShadingPoint start;
@@ -95,8 +89,9 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     Through through;
     const auto watch = [&](const Ray& stretch, float t_end, bool found, const Through& passed) {
       if (media && !past_limit) [[unlikely]]
-        glow_ += beta * passed.transmittance / passed.pass *
-                 emitted_in_media(stretch, found ? t_end : kInfinity, next.vertex, sampler);
+        add_glow(beta * passed.transmittance / passed.pass *
+                     emitted_in_media(stretch, found ? t_end : kInfinity, next.vertex, sampler),
+                 i - 1);
       const auto meet_light = [&](const LightMet& met) {
         const Through before = media ? through_to(*media, next.vertex.media.stack, stretch, distance_to(stretch, met),
                                                   next.vertex.point, sampler, passed)
@@ -114,8 +109,7 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     past_limit |= media && past_limits(start, scene_.settings().bounces);
     const PathVertex& vertex = next.vertex;
     arrive_at(next, previous.vertex, through, beta, pdf_direction);
-    if (vertex.kind == VertexKind::Surface)
-      record_vertex(scene_, vertex.point, vertex.shading.bsdf, next.beta, aux, BehindFirst::NotFound);
+    if (vertex.kind == VertexKind::Surface) record_seen(next, i, aux);
     if (i == 1) alpha_ = 1.0f - vertex.shading.holdout;
     if (vertex.emits()) meet_emitter(i, next, pdf_direction);
     if (!vertex.scatters() || i + 1 >= max_vertices_ || (knows_walks_below() && !scatters_at(i, base, sampler))) break;
@@ -133,6 +127,8 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     beta = next.beta *
            (next.stays ? sample->f_cos / sample->pdf_solid_angle : next.scattering.f / next.scattering.pdf_to_light);
     if (!(max_component(beta) > 0.0f)) break;
+    if (i == 1 && passes.any()) [[unlikely]]
+      first_ = passes.scattered_at(scattering_end(2), vertex.point.wo, sample->wi, sample->specular);
     if (i >= 2)
       eye_[size_t(i - 1)].rev = next.scattering.pdf_walk_to_eye * next.edge.to_eye_area() * next.edge.pass *
                                 next.edge.stop_eye_end;
@@ -147,11 +143,56 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
   }
 }
 
+/// Starts a walk from the eye at the vertex of the lens.
+void BidirectionalWalks::begin_at_lens() {
+  eye_[0].beta = Color(1.0f);
+  eye_[0].exit = -1;
+  eye_count_ = 1;
+  hit_count_ = 0;
+  merged_ = glow_ = Color(0.0f);
+  if (passes.any()) [[unlikely]]
+    passes.begin();
+  enters_first_ = false;
+}
+
+/// Records the surface at vertex i of the walk from the eye.
+void BidirectionalWalks::record_seen(const WalkVertex& at, int i, SampleAux*& aux) {
+  const Bsdf& bsdf = at.vertex.shading.bsdf;
+  record_vertex(scene_, at.vertex.point, bsdf, at.beta, aux, BehindFirst::NotFound);
+  if (i == 1 && passes.any()) [[unlikely]]
+    passes.add_color(bsdf, at.beta);
+}
+
 /// Adds the light that photons bring to vertex i of the walk from the eye.
 void BidirectionalWalks::merge(const WalkVertex& at, int i) {
-  merged_ += at.beta * merging->radiance(at.vertex, i);
-  for (size_t g = 0; g < merged_of_groups_.size(); ++g)
-    merged_of_groups_[g] += at.beta * merging->radiance_of_group(at.vertex, i, int(g));
+  const Color light = at.beta * merging->radiance(at.vertex, i);
+  merged_ += light;
+  if (!passes.any()) [[likely]]
+    return;
+  passes.add(passes.of_media(i + 1, first_), light);
+  for (int g = 0; g < passes.group_count(); ++g)
+    passes.add(passes.of_group(g), at.beta * merging->radiance_of_group(at.vertex, i, g));
+}
+
+/// Adds light that media emit along the walk from the eye, after `bounces` scattering events.
+void BidirectionalWalks::add_glow(Color light, int bounces) {
+  glow_ += light;
+  if (passes.any()) [[unlikely]]
+    passes.add(passes.of_media(bounces, first_), light);
+}
+
+PathPasses BidirectionalWalks::passes_of(const FoundPath& path) const {
+  const PathEdge& edge = connections_[size_t(&path - found_.data())];
+  const int bounces = path.s + path.t - (path.s == 0 ? 1 : 2);
+  PathPasses first = first_;
+  if (path.t == 1) {
+    const PathVertex& vertex = light_[size_t(path.s - 1)].vertex;
+    first = passes.scattered_at(vertex, edge.to_eye, vertex.point.wo, false);
+  } else if (path.t == 2 && path.s > 0) {
+    const PathVertex& vertex = scattering_end(2);
+    first = passes.scattered_at(vertex, vertex.point.wo, -edge.to_eye, false);
+  }
+  return passes.of(scene_, light_of(path), bounces, first);
 }
 
 /// The walk from the eye has found the vertex of `next` behind `through`.

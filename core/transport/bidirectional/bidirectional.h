@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "transport/bidirectional/vertex_merging.h"
+#include "transport/paths/light_passes.h"
 #include "transport/paths/walk.h"
 
 namespace ajar {
@@ -53,14 +54,8 @@ class BidirectionalWalks {
   float alpha() const { return alpha_; }
   /// Light by unconnectable paths in the last sample, if `merging` is set.
   Color merged() const { return merged_; }
-  /// The part of it that is light of each light group of the scene, if `separates_groups` is set.
-  const std::vector<Color>& merged_of_groups() const { return merged_of_groups_; }
-  /// The light of a path of the last sample.
-  const PathVertex& light_of(const FoundPath& path) const {
-    return path.s == 0   ? hits_[size_t(path.hit)].light
-           : path.s == 1 ? sampled_lights_[size_t(path.t)]
-                         : light_[0].vertex;
-  }
+  /// The passes of a path that the last sample has found.
+  PathPasses passes_of(const FoundPath& path) const;
   /// The index of the light from which the last photon comes.
   uint32_t light_of_photon() const { return uint32_t(light_[0].vertex.light); }
   /// A walk from the eye alone: the light that media emit along it.
@@ -94,7 +89,8 @@ class BidirectionalWalks {
   bool leaves_unconnectable = false;
   /// Finds their light, which `merged` returns; null: no merging.
   const VertexMerging* merging = nullptr;
-  bool separates_groups = false;
+  /// If the film separates light: receives that of merged() and glow(), and the albedo of the first surface.
+  LightPasses passes;
   /// A guide that walks from lights follow in addition; null: none.
   const LightWalkGuide* guide = nullptr;
   /// The media of the scene, if it has any.
@@ -141,7 +137,16 @@ class BidirectionalWalks {
   void walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* aux);
   static void arrive_at(WalkVertex& next, const PathVertex& previous, const Through& through, Color beta,
                         float pdf_direction);
+  void begin_at_lens();
+  void record_seen(const WalkVertex& at, int i, SampleAux*& aux);
   void merge(const WalkVertex& at, int i);
+  void add_glow(Color light, int bounces);
+  /// The light of a path of the last sample.
+  const PathVertex& light_of(const FoundPath& path) const {
+    return path.s == 0   ? hits_[size_t(path.hit)].light
+           : path.s == 1 ? sampled_lights_[size_t(path.t)]
+                         : light_[0].vertex;
+  }
   bool scatters_at(int i, uint32_t base, Sampler& sampler);
   bool enters_surface(int i, uint32_t base, Sampler& sampler);
   bool leaves_class(int t) const;
@@ -195,7 +200,7 @@ class BidirectionalWalks {
   float time_ = 0.0f;
   float alpha_ = 0.0f;
   Color merged_{0.0f}, glow_{0.0f};
-  std::vector<Color> merged_of_groups_;
+  PathPasses first_;  ///< of the walk from the eye, by its first scattering
   bool enters_first_ = false;
   bool for_photons_ = false;  ///< the light walk ends where a photon's path would end
   uint64_t rays_ = 0, refused_ = 0;

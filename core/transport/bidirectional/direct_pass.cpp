@@ -58,16 +58,18 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
   tbb::enumerable_thread_specific<BidirectionalWalks> walks([&] {
     BidirectionalWalks walk(space.scene, 1.0);
     walk.media = space.media;
+    walk.passes = LightPasses(space.scene, film);
     return walk;
   });
-  tbb::enumerable_thread_specific<LightBelow::Walker> below([&] { return LightBelow::Walker(below_, space); });
+  tbb::enumerable_thread_specific<LightBelow::Walker> below(
+      [&] { return LightBelow::Walker(below_, space, LightPasses(space.scene, film)); });
   tbb::parallel_for(
       tbb::blocked_range2d<int>(0, (film.height() + kTile - 1) / kTile, 1, 0, (film.width() + kTile - 1) / kTile, 1),
       [&](const tbb::blocked_range2d<int>& tiles) {
         Rays& rays = counted.local();
         Sampler sampler(Sampler::Kind::Sobol, seed_);
-        LightOfGroups groups(space.scene, film);
-        LightOfGroups* const wanted = groups.any() ? &groups : nullptr;
+        LightPasses passes(space.scene, film);
+        LightPasses* const wanted = passes.any() ? &passes : nullptr;
         for (int y = tiles.rows().begin() * kTile; y < std::min(tiles.rows().end() * kTile, film.height()); ++y) {
           for (int x = tiles.cols().begin() * kTile; x < std::min(tiles.cols().end() * kTile, film.width()); ++x) {
             if (stop.load(std::memory_order_relaxed)) return;
@@ -78,7 +80,7 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
               SampleRecord record;
               SampleAux* const aux = record.begin(film, px, py);
               const Vec2 at = Vec2(float(px) + 0.5f, float(py) + 0.5f) + space.filter.sample(sampler.get_2d());
-              groups.begin();
+              if (wanted) passes.begin();
               DirectSample sample = trace_direct_paths(space.path_scene(), at, sampler, aux, rays.own, merging, wanted);
               if (further_.active() && !wanted)
                 sample.radiance = further_.mean_with(sample.radiance, sample.polished, luminance(sample.merged), px, py,
@@ -94,13 +96,14 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
                 const uint64_t before = walk.rays();
                 sampler.set_dimension(2);
                 sample.radiance += walk.sample_glow(at, sampler);
+                if (wanted) passes.add(walk.passes.parts());
                 rays.own += walk.rays() - before;
               }
               if (below_.active())
                 sample.radiance += below.local().sample(at, merging ? std::optional(merging->time()) : std::nullopt,
                                                         sampler, pixel, s, wanted);
               if (film.add_sample(px, py, sample.radiance + sample.merged, sample.alpha, aux) && wanted)
-                film.add_parts(px, py, groups.parts());
+                film.add_parts(px, py, passes.parts());
             }
           }
         }

@@ -21,13 +21,14 @@ struct Walk {
   MediaStack stack;                     ///< of the ray
   uint32_t receiver_set = kEveryLight;  ///< of the vertex that the ray leaves
   bool excludes_photons = false;        ///< a vertex before does
+  PathPasses first{};                   ///< by the first scattering, if the film separates light
 };
 
 /// The state of one sample.
 class DirectTracer {
  public:
   DirectTracer(const PathScene& where, Sampler& sampler, SampleAux* aux, uint64_t& rays, const VertexMerging* merging,
-               LightOfGroups* groups)
+               LightPasses* passes)
       : scene_(where.scene),
         media_(where.media),
         limits_(scene_.settings().bounces),
@@ -36,7 +37,7 @@ class DirectTracer {
         aux_(aux),
         rays_(rays),
         merging_(merging),
-        groups_(groups) {}
+        passes_(passes) {}
 
   DirectSample trace(Vec2 film) {
     float density;
@@ -61,7 +62,7 @@ class DirectTracer {
 
  private:
   void follow(Walk& walk, SpecularBranches<Walk>& branches) {
-    auto& [ray, start, beta, i, stack, receiver, excludes_photons] = walk;
+    auto& [ray, start, beta, i, stack, receiver, excludes_photons, first] = walk;
     receiver_set_ = receiver;
     const bool transparent_film = scene_.settings().transparent_film;
     vertex_.point = start;
@@ -76,7 +77,7 @@ class DirectTracer {
           const Through before = media_ ? through_to(*media_, vertex_.media.stack, stretch, distance_to(stretch, met),
                                                      vertex_.point, sampler_, passed)
                                         : passed;
-          meet(beta * before.transmittance / (pdf_to_light_ > 0.0f ? passed.surface_pass : passed.pass));
+          meet(beta * before.transmittance / (pdf_to_light_ > 0.0f ? passed.surface_pass : passed.pass), i - 1, first);
         };
         if (scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, stretch, t_end, vertex_.point.ray_kind, meet_light);
         if (!found) {
@@ -94,10 +95,9 @@ class DirectTracer {
       const float stop = vertex_.kind == VertexKind::Medium ? through.end_rate : 1.0f - vertex_.pass;
       if (!(stop > 0.0f)) break;
       beta *= through.transmittance / ((last ? through.surface_pass : through.pass) * stop);
-      if (vertex_.kind == VertexKind::Surface)
-        record_vertex(scene_, vertex_.point, vertex_.shading.bsdf, beta, aux_, BehindFirst::NotFound);
+      if (vertex_.kind == VertexKind::Surface) record_seen(beta, i);
       if (i == 1) found_.alpha = 1.0f - vertex_.shading.holdout;
-      if (vertex_.emits()) meet_emitter(beta);
+      if (vertex_.emits()) meet_emitter(beta, i - 1, first);
       const bool exceeded = vertex_.point.glossy_depth > limits_.glossy ||
                             vertex_.point.transmission_depth > limits_.transmission;
       Bsdf& bsdf = vertex_.shading.bsdf;
@@ -109,16 +109,18 @@ class DirectTracer {
       found_.polished = found_.polished || has_sharp_lobe(bsdf);
 
       if (vertex_.connectable()) {
-        if (merging_ && i >= 2 && vertex_.stores_photons() && !excludes_photons) merge(beta, i);
+        if (merging_ && i >= 2 && vertex_.stores_photons() && !excludes_photons) merge(beta, i, first);
         sampler_.set_dimension(base + kLight);
-        look_for_light(beta);
+        look_for_light(beta, i, first);
       }
-      if (vertex_.kind == VertexKind::Surface) split(branches, beta, i, excludes_photons);
+      if (vertex_.kind == VertexKind::Surface) split(branches, beta, i, excludes_photons, first);
       if (vertex_.kind == VertexKind::Surface && branches.follows_all()) break;
       sampler_.set_dimension(base + kLobe);
       const auto sample = sample_bounce();
       if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
       if (vertex_.kind == VertexKind::Surface && branches.follows(*sample)) break;
+      if (passes_ && i == 1) [[unlikely]]
+        first = passes_->scattered_at(vertex_, vertex_.point.wo, sample->wi, sample->specular);
       if (sample->specular) {
         const Bsdf::SpecularEvaluation event = bsdf.evaluate_specular(vertex_.point.wo, sample->wi);
         if (!(event.probability > 0.0f)) break;
@@ -138,8 +140,16 @@ class DirectTracer {
     }
   }
 
+  /// Records the surface at vertex i, which the walk has reached with `beta`.
+  void record_seen(Color beta, int i) {
+    const Bsdf& bsdf = vertex_.shading.bsdf;
+    record_vertex(scene_, vertex_.point, bsdf, beta, aux_, BehindFirst::NotFound);
+    if (passes_ && i == 1) [[unlikely]]
+      passes_->add_color(bsdf, beta);
+  }
+
   /// Adds a walk for each specular branch of the surface at vertex i, where the walk arrives with `beta`.
-  void split(SpecularBranches<Walk>& branches, Color beta, int i, bool excludes_photons) {
+  void split(SpecularBranches<Walk>& branches, Color beta, int i, bool excludes_photons, const PathPasses& first) {
     branches.split(vertex_.shading.bsdf, vertex_.point.wo, beta, [&](const BsdfSample& event) {
       Walk next{scene_.spawn_ray(vertex_.point, event.wi),
                 {},
@@ -147,16 +157,19 @@ class DirectTracer {
                 i + 1,
                 {},
                 receiver_set(vertex_),
-                excludes_photons};
+                excludes_photons,
+                first};
+      if (passes_ && i == 1) [[unlikely]]
+        next.first = passes_->scattered_at(vertex_, vertex_.point.wo, event.wi, true);
       count_bounce(event, vertex_.point, next.start);
       if (media_) next.stack = stack_towards(scene_, *media_, vertex_, event.wi);
       return next;
     });
   }
 
-  void meet_emitter(Color carried) {
+  void meet_emitter(Color carried, int bounces, const PathPasses& first) {
     make_light_vertex(vertex_, light_);
-    meet(carried);
+    meet(carried, bounces, first);
   }
 
   std::optional<BsdfSample> sample_bounce() {
@@ -166,8 +179,8 @@ class DirectTracer {
                                                : sample_direction(vertex_, vertex_.point.wo, u_lobe, u);
   }
 
-  /// The walk hit a light, which is in light_.
-  void meet(Color carried) {
+  /// The walk hit a light, which is in light_, after `bounces` vertices.
+  void meet(Color carried, int bounces, const PathPasses& first) {
     float weight = 1.0f;
     const LightSet& lights = scene_.lights();
     if (lights.any_linked() && light_.light >= 0 && !lights.flags(uint32_t(light_.light)).lights(receiver_set_)) return;
@@ -177,23 +190,27 @@ class DirectTracer {
       if (!end.can_be_hit_from(previous_)) return;
       weight = power_heuristic(pdf_to_light_ * edge.to_light_area(), end.pdf_sampled);
     }
-    add_found(carried * light_.shading.emission * weight);
+    add_found(carried * light_.shading.emission * weight, bounces, first);
   }
 
-  /// Adds light of light_.
-  void add_found(Color light) {
+  /// Adds light of light_ that is scattered by this number of vertices.
+  void add_found(Color light, int bounces, const PathPasses& first) {
     found_.radiance += light;
-    if (groups_) groups_->add(scene_, light_, light);
+    if (passes_) [[unlikely]]
+      passes_->add(passes_->of(scene_, light_, bounces, first), light);
   }
 
-  void merge(Color beta, int i) {
-    found_.merged += beta * merging_->radiance(vertex_, i);
-    for (int g = 0; groups_ && g < groups_->size(); ++g)
-      groups_->add(g, beta * merging_->radiance_of_group(vertex_, i, g));
+  void merge(Color beta, int i, const PathPasses& first) {
+    const Color light = beta * merging_->radiance(vertex_, i);
+    found_.merged += light;
+    if (!passes_) return;
+    passes_->add(passes_->of_media(i + 1, first), light);
+    for (int g = 0; g < passes_->group_count(); ++g)
+      passes_->add(passes_->of_group(g), beta * merging_->radiance_of_group(vertex_, i, g));
   }
 
-  /// Samples a light at vertex_.
-  void look_for_light(Color beta) {
+  /// Samples a light at vertex_, the vertex number `i`.
+  void look_for_light(Color beta, int i, PathPasses first) {
     const Vec2 u = sampler_.get_2d();
     if (!sample_light(scene_, vertex_, sampler_.get_1d(), u, light_)) return;
     if (is_past_bounces(scene_, light_, vertex_.point.ray_depth)) return;
@@ -208,14 +225,17 @@ class DirectTracer {
       scattered = vertex_.shading.bsdf.evaluate(vertex_.point.wo, -edge.to_eye);
     }
     scattered.f_cos = visible_part(scene_, light_, vertex_, vertex_.point.wo, -edge.to_eye, false, scattered.f_cos);
+    if (passes_ && i == 1) [[unlikely]]
+      first = passes_->scattered_at(vertex_, vertex_.point.wo, -edge.to_eye, false);
     Color direct = beta * scattered.f_cos * end.radiance * edge.to_light_area();
     if (!is_black(direct) && look_along({scene_, media_}, light_, vertex_, edge, rays_)) {
       if (end.can_be_hit_from(vertex_))
         direct *= power_heuristic(end.pdf_sampled, scattered.pdf_solid_angle * edge.to_light_area());
-      add_found(direct * edge.transmittance / end.pdf_sampled);
+      add_found(direct * edge.transmittance / end.pdf_sampled, i, first);
     } else {
       add_found(beta * light_beyond_terminator({scene_, media_}, light_, vertex_, edge, end, scattered.f_cos, rays_) /
-                end.pdf_sampled);
+                    end.pdf_sampled,
+                i, first);
     }
   }
 
@@ -227,7 +247,7 @@ class DirectTracer {
   SampleAux* aux_;
   uint64_t& rays_;
   const VertexMerging* merging_;
-  LightOfGroups* groups_;
+  LightPasses* passes_;
   DirectSample found_;
   PathVertex previous_, vertex_, light_;
   /// Density of the walk's direction after a bounce that is not specular, for MIS with light sampling; 0 otherwise.
@@ -238,8 +258,8 @@ class DirectTracer {
 }  // namespace
 
 DirectSample trace_direct_paths(const PathScene& where, Vec2 film, Sampler& sampler, SampleAux* aux, uint64_t& rays,
-                                const VertexMerging* merging, LightOfGroups* groups) {
-  return DirectTracer(where, sampler, aux, rays, merging, groups).trace(film);
+                                const VertexMerging* merging, LightPasses* passes) {
+  return DirectTracer(where, sampler, aux, rays, merging, passes).trace(film);
 }
 
 }  // namespace ajar

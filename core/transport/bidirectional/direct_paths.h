@@ -4,7 +4,7 @@
 #pragma once
 
 #include "transport/bidirectional/vertex_merging.h"
-#include "transport/paths/light_of_groups.h"
+#include "transport/paths/light_passes.h"
 #include "transport/paths/walk.h"
 
 namespace ajar {
@@ -17,9 +17,9 @@ struct DirectSample {
   bool polished = false;  ///< the sample reached delta or sharp lobes
 };
 
-/// All random numbers come from fixed dimensions of `sampler`. `merging`: null for no merging. `groups`: null, or it
-/// receives the light of each group.
+/// All random numbers come from fixed dimensions of `sampler`. `merging`: null for no merging. `passes`: null, or it
+/// receives the light by the passes of the film, and the albedo of the first surface.
 DirectSample trace_direct_paths(const PathScene& where, Vec2 film, Sampler& sampler, SampleAux* aux, uint64_t& rays,
-                                const VertexMerging* merging, LightOfGroups* groups);
+                                const VertexMerging* merging, LightPasses* passes);
 
 }  // namespace ajar

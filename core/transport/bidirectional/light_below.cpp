@@ -22,32 +22,33 @@ void LightBelow::prepare(const Scene& scene, uint32_t seed) {
   active_ = scene.has_subsurface();
 }
 
-LightBelow::Walker::Walker(const LightBelow& owner, const PathSpace& space)
+LightBelow::Walker::Walker(const LightBelow& owner, const PathSpace& space, const LightPasses& passes)
     : owner_(owner), scene_(space.scene), walks_(space.scene, 1.0), further_(Sampler::Kind::Sobol, owner.seed_) {
   walks_.below = BelowSurfaces::With;
   walks_.finds_beyond_terminator = true;
   walks_.media = space.media;
   walks_.guide = space.guide;
+  walks_.passes = passes;
 }
 
-Color LightBelow::Walker::found(Vec2 film, Sampler& sampler, LightOfGroups* groups) {
+Color LightBelow::Walker::found(Vec2 film, Sampler& sampler, LightPasses* passes) {
   Color sum(0.0f);
   for (const FoundPath& path : walks_.sample(film, sampler)) {
     sum += path.contribution;
-    if (groups) groups->add(scene_, walks_.light_of(path), path.contribution);
+    if (passes) passes->add(walks_.passes_of(path), path.contribution);
   }
   return sum;
 }
 
 Color LightBelow::Walker::sample(Vec2 film, std::optional<float> time, Sampler& sampler, uint32_t pixel, uint32_t index,
-                                 LightOfGroups* groups) {
+                                 LightPasses* passes) {
   sampler.set_dimension(kLens);
   walks_.lens_point = scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
   walks_.pass_time = time ? *time : sample_time(scene_, sampler);
   const uint64_t before = walks_.rays();
-  Color sum = found(film, sampler, groups);
+  Color sum = found(film, sampler, passes);
   if (!walks_.enters_first()) return sum;
-  const uint32_t count = groups ? 1 : owner_.walks_, first = owner_.further_ + (index - owner_.samples_) * (count - 1);
+  const uint32_t count = passes ? 1 : owner_.walks_, first = owner_.further_ + (index - owner_.samples_) * (count - 1);
   for (uint32_t i = 0; i + 1 < count; ++i) {
     further_.start(pixel, first + i);
     sum += found(film, further_, nullptr);

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "transport/bidirectional/bidirectional.h"
-#include "transport/paths/light_of_groups.h"
+#include "transport/paths/light_passes.h"
 #include "transport/paths/path.h"
 
 namespace ajar {
@@ -23,16 +23,17 @@ class LightBelow {
   /// The state of one thread.
   class Walker {
    public:
-    Walker(const LightBelow& owner, const PathSpace& space);
+    /// `passes`: to which the light is added.
+    Walker(const LightBelow& owner, const PathSpace& space, const LightPasses& passes);
     /// An estimate at a point of the film. `time`: of the photons that are looked up; empty: each sample draws its own.
-    /// `pixel` and `index` number the sample. `groups`: null, or it receives the light of each group of a single walk.
+    /// `pixel` and `index` number the sample. `passes`: null, or it receives the light of a single walk.
     Color sample(Vec2 film, std::optional<float> time, Sampler& sampler, uint32_t pixel, uint32_t index,
-                 LightOfGroups* groups);
+                 LightPasses* passes);
     uint64_t rays() const { return walks_.rays(); }
 
    private:
     friend class LightBelow;
-    Color found(Vec2 film, Sampler& sampler, LightOfGroups* groups);
+    Color found(Vec2 film, Sampler& sampler, LightPasses* passes);
 
     const LightBelow& owner_;
     const Scene& scene_;

@@ -141,7 +141,7 @@ void PathPopulation::move_slot(Film& film, Worker& worker, uint32_t slot, double
     const Chain::Step done = worker.chain.step(sampler, [&](const Path& path, double share) {
       const PathSpace::Place place = space_.place(path.film, sampler.get_2d());
       film.add_splat(place.x, place.y, path.splat(share * weight_ * scale * double(place.weight)), number_ & 1,
-                     groups_.pass_of(scene_, path.vertices[0]));
+                     passes_.of(scene_, path));
       if (!hints_.empty() && (slot + step + generation_) % HintAccount::kStride == 0)
         worker.account.add_state(scene_.lights(), hints_, path,
                                  HintAccount::kStride * share * weight_ / double(space_.importance.at(path.film)));
@@ -157,7 +157,7 @@ void PathPopulation::move_slot(Film& film, Worker& worker, uint32_t slot, double
 }
 
 double PathPopulation::run_generation(Film& film, double emphasis, const std::atomic<bool>& stop) {
-  groups_ = LightOfGroups(scene_, film);
+  passes_ = LightPasses(scene_, film);
   if (!sample_seeds(samples_done_ == 0 ? size_.first_samples : size_.samples, stop)) return 0.0;
   draw();
   uint32_t done = size_.members;

@@ -24,7 +24,7 @@
 #include "transport/hints/hint_account.h"
 #include "transport/paths/compact_path.h"
 #include "transport/paths/film_luminance.h"
-#include "transport/paths/light_of_groups.h"
+#include "transport/paths/light_passes.h"
 
 namespace ajar {
 
@@ -92,7 +92,7 @@ class PathPopulation {
   const Scene& scene_;
   const Hints& hints_;
   PathSpace space_;
-  LightOfGroups groups_;
+  LightPasses passes_;
   Size size_;
   uint32_t seed_, number_;
   std::vector<MutationShare> mutations_;

@@ -16,7 +16,7 @@ Color EyeMedia::to_lamp(const EyeWalk& walk, const LightMet& met) {
 }
 
 EyeMedia::Step EyeMedia::pass(EyeWalk& walk, Sampler& sampler, uint32_t dimension, bool may_scatter, Color& beta,
-                              Color& radiance, float* alpha) {
+                              Light& light, float* alpha) {
   if (!state_) return Step::Surface;
   State& s = *state_;
   const Ray& ray = walk.ray;
@@ -34,7 +34,7 @@ EyeMedia::Step EyeMedia::pass(EyeWalk& walk, Sampler& sampler, uint32_t dimensio
     } else {
       scattered = s.media.scatter_varying(along, may_scatter, s.rng, beta, event, s.counters);
     }
-    radiance += event.emitted;
+    light.emitted += event.emitted;
     if (alpha && point.ray_depth == 0) *alpha += luminance(scattered ? before : before - beta);
     if (!(max_component(glm::abs(beta)) > 0.0f)) return Step::End;
     if (scattered) {
@@ -42,9 +42,9 @@ EyeMedia::Step EyeMedia::pass(EyeWalk& walk, Sampler& sampler, uint32_t dimensio
       place_ = ray.origin + event.t * ray.direction;
       MediumLight sampled;
       if (!only_emission_ && scene_.lights().can_choose())
-        radiance += beta * estimate_direct_at(
-                               MediumLightContext<State>{scene_, s, ray, point, phase, sampler, dimension, rays_},
-                               place_, sampled);
+        light.scattered += beta * estimate_direct_at(MediumLightContext<State>{scene_, s, ray, point, phase, sampler,
+                                                                               dimension, rays_},
+                                                     place_, sampled);
       const float u_lobe = s.rng.next_float();
       const Vec3 wi = phase.sample(ray.direction, u_lobe, Vec2(s.rng.next_float(), s.rng.next_float()));
       const float cosine = glm::dot(ray.direction, wi);

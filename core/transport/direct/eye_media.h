@@ -17,6 +17,11 @@ namespace ajar {
 class EyeMedia {
  public:
   enum class Step : uint8_t { Surface, Traced, End };  ///< Traced: the walk has a new ray
+  /// Light that media emit along a ray, and light of lamps that they scatter into it once.
+  struct Light {
+    Color emitted{0.0f}, scattered{0.0f};
+    Color sum() const { return emitted + scattered; }
+  };
   /// What media_light.h needs.
   struct State {
     const Media& media;
@@ -42,9 +47,9 @@ class EyeMedia {
   /// Transmittance to a lamp that the present ray meets.
   Color to_lamp(const EyeWalk& walk, const LightMet& met);
   /// What happens between the walk's last vertex and its next surface, after EyeWalk::trace. `beta`: throughput. Adds to
-  /// `radiance` what media emit and scatter. `may_scatter`: no bounce limit is reached. Direct light uses the dimensions
+  /// `light` what media emit and scatter. `may_scatter`: no bounce limit is reached. Direct light uses the dimensions
   /// from `dimension` on.
-  Step pass(EyeWalk& walk, Sampler& sampler, uint32_t dimension, bool may_scatter, Color& beta, Color& radiance,
+  Step pass(EyeWalk& walk, Sampler& sampler, uint32_t dimension, bool may_scatter, Color& beta, Light& light,
             float* alpha = nullptr);
   /// The walk leaves the surface at walk.point along `direction`, which passes to the other side or not.
   void leave(const EyeWalk& walk, Vec3 direction);

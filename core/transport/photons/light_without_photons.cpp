@@ -36,7 +36,9 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
   while (max_component(beta) > 0.0f) {
     walk.trace();
     if (media.active()) {
-      const EyeMedia::Step step = media.pass(walk, sampler_, 0, !at_bounce_limit, beta, radiance);
+      EyeMedia::Light light;
+      const EyeMedia::Step step = media.pass(walk, sampler_, 0, !at_bounce_limit, beta, light);
+      radiance += light.sum();
       if (step == EyeMedia::Step::End) break;
       at_bounce_limit = at_bounce_limit || past_limits(point, limits) || media.at_limit();
       if (step == EyeMedia::Step::Traced) continue;

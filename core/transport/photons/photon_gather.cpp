@@ -25,16 +25,42 @@ DirectVertex origin_at(const ShadingPoint& point, Vec3 normal, float pdf) {
   return {point.position, normal, pdf, false, ~0u, receiver_set(point), point.time};
 }
 
+/// Weight of a light that a walk hits, against sampling it at the last vertex.
+struct HitWeight {
+  const Scene& scene;
+  const MisDirectLight& direct;
+  const EyeMedia& media;
+  const EyeWalk& walk;
+  const DirectVertex& origin;
+  float operator()(uint32_t light, Vec3 position, Vec3 normal) const {
+    if (media.chose_direction()) return media.weight_of_hit(walk, light, position, normal);
+    return direct.weight_of_hit(scene, origin, light, walk.ray.direction, position, normal);
+  }
+};
+
+/// The walk goes straight on. False at the limit of transparent surfaces.
+bool pass_through(EyeMedia& media, EyeWalk& walk) {
+  media.leave(walk, walk.ray.direction);
+  return walk.pass_through();
+}
+
+/// The walk leaves a surface in a sampled direction.
+void leave_along(EyeMedia& media, EyeWalk& walk, Vec3 wi) {
+  media.leave(walk, wi);
+  media.scattered_at_surface();
+  walk.leave_along(wi);
+}
+
 /// Density that competes with light sampling for the light that this sample's ray hits; 0: light sampling cannot find it.
 float hit_pdf(const BsdfSample& sample) { return sample.specular ? 0.0f : sample.pdf_solid_angle; }
 
 }  // namespace
 
 Color PhotonGatherer::direct_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
-                                   uint32_t dimension) {
+                                   uint32_t dimension, SampledLight* sampled) {
   if (log_only_ || scene_.lights().empty() || !bsdf.has_non_delta()) return Color(0.0f);
   DirectVertex unused;
-  return estimate_direct_through(place.media, place.hit, direct_, {scene_, point, bsdf},
+  return estimate_direct_through(place.media, place.hit, direct_, {scene_, point, bsdf, 0, 0, 0, nullptr, sampled},
                                  {sampler, dimension, unused, nullptr, rays_});
 }
 
@@ -78,23 +104,25 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
   EyeMedia media(scene_, media_, EyeMedia::around_camera(media_, ray), hash_combine(pixel_, index_), rays_);
   // In a scene with media, all light counts as radiance.
   bool at_bounce_limit = false, specular = !media.active();
+  const HitWeight weight_of_hit{scene_, direct_, media, walk, origin};
+  const auto add = [&](Color light, bool of_environment) {
+    (specular ? seen : radiance) += light;
+    if (passes_) [[unlikely]]
+      add_to_passes(light, point.ray_depth, of_environment);
+  };
   alpha = 0.0f;
   seen = Color(0.0f);
   polished_ = false;
   for (uint32_t vertex = 0;; ++vertex) {
     walk.trace();
-    const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
-      if (media.chose_direction()) return media.weight_of_hit(walk, light, position, normal);
-      return direct_.weight_of_hit(scene_, origin, light, walk.ray.direction, position, normal);
-    };
     const auto add_met = [&](const LightMet& met) {
-      (specular ? seen : radiance) += beta * met.radiance * media.to_lamp(walk, met) *
-                                      weight_of_hit(met.light, met.position, met.normal);
+      add(beta * met.radiance * media.to_lamp(walk, met) * weight_of_hit(met.light, met.position, met.normal),
+          walk.seen_directly() && int(met.light) == scene_.lights().environment_index());
     };
     walk.meet_lamps(add_met);
     if (media.active()) [[unlikely]] {
       const uint32_t dimension = kCameraDimensions + kVertexDimensions * vertex + kRoughLight;
-      const EyeMedia::Step step = media.pass(walk, sampler_, dimension, !at_bounce_limit, beta, radiance, &alpha);
+      const auto step = pass_media(media, walk, dimension, !at_bounce_limit, beta, radiance, alpha);
       if (step == EyeMedia::Step::End) break;
       at_bounce_limit = at_bounce_limit || past_limits(point, scene_.settings().bounces) || media.at_limit();
       if (step == EyeMedia::Step::Traced) continue;
@@ -106,35 +134,31 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     }
     if (!walk.arrive()) break;
     walk.shade();
-    if (!is_black(shading.emission))
-      (specular ? seen : radiance) += beta * shading.emission * walk.emission_weight(weight_of_hit);
+    if (!is_black(shading.emission)) add(beta * shading.emission * walk.emission_weight(weight_of_hit), false);
     record_vertex(scene_, point, shading.bsdf, beta, aux);
+    if (passes_ && point.ray_depth == 0) [[unlikely]]
+      passes_->add_color(shading.bsdf, beta);
     const Color transparency = shading.bsdf.transparency();
     if (point.ray_depth == 0) alpha += walk.alpha_of_surface(beta, transparency);
     if (at_bounce_limit && is_black(transparency)) break;
     const uint32_t base = kCameraDimensions + kVertexDimensions * vertex;
     if (!at_bounce_limit && !below_surface(walk, {sampler_, base + kSubsurface}, beta)) break;
     const LobeSplit split(shading.bsdf, point.wo, on_strand_or_point(point));
-    if (split.rough() && !at_bounce_limit) {
-      // The number of gather rays at a surface that is seen by reflection is in proportion to the throughput.
-      const int rays = std::max(1, int(std::ceil(float(settings_.rays) * std::min(1.0f, max_component(beta)))));
-      radiance += beta *
-                  reflected(point, *split.rough(), {media, walk.hit}, beta, rays, 0, {sampler_, base + kRoughLight});
-    }
+    if (!at_bounce_limit) radiance += at_seen(point, split, {media, walk.hit}, beta, base);
     if (!split.sharp()) break;
-    if (!at_bounce_limit)
-      radiance += beta * direct_light(point, *split.sharp(), {media, walk.hit}, sampler_, base + kSharpLight);
 
     const auto sample = sample_sharp(*split.sharp(), point.wo, {sampler_, base + kLobe});
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
     beta *= sample->f_cos / sample->pdf_solid_angle;
     if (!(max_component(beta) > 0.0f)) break;
     if (sample->flags & kTransparent) {
-      media.leave(walk, walk.ray.direction);
-      if (!walk.pass_through()) break;
+      if (!pass_through(media, walk)) break;
       continue;
     }
     if (at_bounce_limit) break;
+    if (passes_ && point.ray_depth == 0) [[unlikely]]
+      first_ = sample->specular ? LightPasses::specular(sample->flags & kTransmission)
+                                : LightPasses::scattered_by(*split.sharp(), point.wo, sample->wi);
     count_bounce(*sample, point, point);
     at_bounce_limit = past_limits(point, scene_.settings().bounces);
     if (point.ray_depth > 2 &&
@@ -143,20 +167,61 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     specular = specular && sample->specular;
     polished_ |= specular;
     origin = origin_at(point, split.sharp()->receiving_normal(), hit_pdf(*sample));
-    media.leave(walk, sample->wi);
-    media.scattered_at_surface();
-    walk.leave_along(sample->wi);
+    leave_along(media, walk, sample->wi);
   }
   return radiance;
+}
+
+EyeMedia::Step PhotonGatherer::pass_media(EyeMedia& media, EyeWalk& walk, uint32_t dimension, bool may_scatter,
+                                          Color& beta, Color& radiance, float& alpha) {
+  EyeMedia::Light light;
+  const int bounces = walk.point.ray_depth;
+  const EyeMedia::Step step = media.pass(walk, sampler_, dimension, may_scatter, beta, light, &alpha);
+  radiance += light.sum();
+  if (passes_) [[unlikely]]
+    add_to_passes(light, bounces, walk.point.ray_depth);
+  return step;
+}
+
+Color PhotonGatherer::at_seen(const ShadingPoint& point, const LobeSplit& split, const Place& place, Color beta,
+                              uint32_t base) {
+  Color sum(0.0f);
+  if (split.rough()) {
+    // The number of gather rays at a surface that is seen by reflection is in proportion to the throughput.
+    const int rays = std::max(1, int(std::ceil(float(settings_.rays) * std::min(1.0f, max_component(beta)))));
+    sum = beta * reflected(point, *split.rough(), place, beta, rays, 0, {sampler_, base + kRoughLight});
+    if (passes_ && point.ray_depth > 0) [[unlikely]]
+      add_to_passes(sum, point.ray_depth + 1);
+  }
+  if (split.sharp()) {
+    SampledLight sampled;
+    const Color light = beta * direct_light(point, *split.sharp(), place, sampler_, base + kSharpLight, &sampled);
+    sum += light;
+    if (passes_) [[unlikely]]
+      add_to_passes(light, point.ray_depth + 1, *split.sharp(), point, sampled.wi);
+  }
+  return sum;
 }
 
 Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, const Place& place, Color throughput,
                                 int rays, int depth, Numbers numbers) {
   const auto [sampler, dimension] = numbers;
-  Color sum = direct_light(point, rough, place, sampler, dimension);
+  const bool separates = passes_ && depth == 0 && point.ray_depth == 0;
+  SampledLight sampled;
+  Color sum = direct_light(point, rough, place, sampler, dimension, &sampled);
+  if (separates) [[unlikely]]
+    add_to_passes(throughput * sum, 1, rough, point, sampled.wi);
   if (log_ && depth == 0 && (pixel_ + index_) % uint32_t(log_->stride[ArrivalMap::kSeen]) == 0)
     log_arrival(ArrivalMap::kSeen, point, throughput);
-  if (maps_.has_caustic) sum += maps_.caustic.radiance(point, rough, settings_.caustic_lookup(maps_.caustic_radius));
+  if (maps_.has_caustic) {
+    const auto lookup = settings_.caustic_lookup(maps_.caustic_radius);
+    const Color caustic = maps_.caustic.radiance(point, rough, lookup);
+    sum += caustic;
+    if (separates) [[unlikely]]
+      passes_->add(
+          passes_->of_media(2, LightPasses::scattered(rough, maps_.caustic.radiance_of_kinds(point, rough, lookup))),
+          throughput * caustic);
+  }
   Color gathered(0.0f);
   GuidedBsdf guided;
   guided.start(depth == 0 ? guide_ : nullptr, rough, point.position, 1.0f);
@@ -188,8 +253,13 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, co
                                        logged ? throughput * weight / float(rays) : Color(0.0f), depth,
                                        {own, base + kGatherDimensions});
     logs_ = logs;
-    const Color found = weight * arriving.radiance;
+    const Color direct = weight * arriving.direct, indirect = weight * arriving.scattered, found = direct + indirect;
     gathered += found;
+    if (separates) [[unlikely]] {
+      const Color share = throughput / float(rays);
+      add_to_passes(share * direct, 1, rough, point, sample->wi);
+      add_to_passes(share * indirect, 2, rough, point, sample->wi);
+    }
     if (depth == 0 && guide_samples_ && luminance(found) > 0.0f &&
         hash_combine(pixel_, index_ * uint32_t(rays) + uint32_t(i)) % guide_stride_ == 0)
       guide_samples_->push_back({point.position, rough.n, sample->wi,
@@ -222,7 +292,7 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
   const BounceLimits& limits = scene_.settings().bounces;
   DirectVertex origin = origin_at(from, from.ns, pdf_bsdf);
   Incoming result;
-  Color beta(1.0f), &radiance = result.radiance;
+  Color beta(1.0f), &radiance = result.scattered;
   EyeWalk walk(scene_, scene_.spawn_ray(from, first.wi), rays_, from);
   EyeMedia media(scene_, media_, stack_towards(from, place, first.wi),
                  hash_combine(hash_combine(pixel_, index_), dimension + uint32_t(gathered_)), rays_);
@@ -231,23 +301,26 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
   count_bounce(first, from, point);
   bool at_bounce_limit = past_limits(point, limits);
   const bool look_up = maps_.has_global || settings_.light_without_photons;
+  const int first_depth = point.ray_depth;
+  const auto emitted = [&]() -> Color& { return point.ray_depth == first_depth ? result.direct : radiance; };
+  const HitWeight weight_of_hit{scene_, direct_, media, walk, origin};
   // Straight: no sharp bounce, after which light is a caustic of the map, unless media, hair or points scatter it.
   bool straight = true, finds_all = false;
   float length = 0.0f;
   for (uint32_t vertex = 0;; ++vertex) {
     const uint32_t base = dimension + kVertexDimensions * vertex;
     walk.trace();
-    const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
-      if (media.chose_direction()) return media.weight_of_hit(walk, light, position, normal);
-      return direct_.weight_of_hit(scene_, origin, light, walk.ray.direction, position, normal);
-    };
     const auto add_met = [&](const LightMet& met) {
-      radiance += beta * met.radiance * media.to_lamp(walk, met) * weight_of_hit(met.light, met.position, met.normal);
+      emitted() += beta * met.radiance * media.to_lamp(walk, met) * weight_of_hit(met.light, met.position, met.normal);
     };
+    if (vertex == 0 && walk.found()) result.distance = walk.hit.t;
     if (straight) walk.meet_lamps(add_met);
     if (media.active()) [[unlikely]] {
-      if (vertex == 0 && walk.found()) result.distance = walk.hit.t;
-      const EyeMedia::Step step = media.pass(walk, sampler, base + kRoughLight, !at_bounce_limit, beta, radiance);
+      EyeMedia::Light light;
+      Color& emitted_here = emitted();
+      const EyeMedia::Step step = media.pass(walk, sampler, base + kRoughLight, !at_bounce_limit, beta, light);
+      emitted_here += light.emitted;
+      radiance += light.scattered;
       if (step == EyeMedia::Step::End) break;
       at_bounce_limit = at_bounce_limit || media.at_limit();
       if (media.chose_direction()) straight = finds_all = true;
@@ -255,12 +328,11 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
     }
     if (straight && !walk.found()) walk.meet_distant(add_met);
     if (!walk.found()) break;
-    if (vertex == 0) result.distance = walk.hit.t;
     walk.arrive();
     length += walk.hit.t;
     walk.shade();
     if (!is_black(shading.emission) && (straight || scene_.light_of(walk.hit) < 0))
-      radiance += beta * shading.emission * walk.emission_weight(weight_of_hit);
+      emitted() += beta * shading.emission * walk.emission_weight(weight_of_hit);
     if (at_bounce_limit && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;
     if (!look_up && !log_ && is_black(shading.bsdf.transparency())) break;
     if (!at_bounce_limit && !below_surface(walk, {sampler, base + kSubsurface}, beta)) break;
@@ -279,8 +351,7 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
     beta *= sample->f_cos / sample->pdf_solid_angle;
     if (sample->flags & kTransparent) {
-      media.leave(walk, walk.ray.direction);
-      if (!(max_component(beta) > 0.0f) || !walk.pass_through()) break;
+      if (!(max_component(beta) > 0.0f) || !pass_through(media, walk)) break;
       continue;
     }
     straight = finds_all;
@@ -290,11 +361,28 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
     at_bounce_limit = past_limits(point, limits);
     if (at_bounce_limit && !straight) break;
     if (!survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta)) break;
-    media.leave(walk, sample->wi);
-    media.scattered_at_surface();
-    walk.leave_along(sample->wi);
+    leave_along(media, walk, sample->wi);
   }
   return result;
+}
+
+void PhotonGatherer::add_to_passes(Color light, int bounces, bool of_environment) {
+  PathPasses passes = passes_->of_media(bounces, first_);
+  if (of_environment) passes.part = PathPasses::Part::Environment;
+  passes_->add(passes, light);
+}
+
+void PhotonGatherer::add_to_passes(const EyeMedia::Light& light, int before, int after) {
+  add_to_passes(light.emitted, before);
+  if (after == before) return;
+  if (before == 0) first_.part = PathPasses::Part::VolumeDirect;
+  add_to_passes(light.scattered, after);
+}
+
+void PhotonGatherer::add_to_passes(Color light, int bounces, const Bsdf& bsdf, const ShadingPoint& point, Vec3 wi) {
+  if (is_black(light)) return;
+  const bool is_first = point.ray_depth == 0;
+  passes_->add(passes_->of_media(bounces, is_first ? LightPasses::scattered_by(bsdf, point.wo, wi) : first_), light);
 }
 
 bool PhotonGatherer::find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading) {

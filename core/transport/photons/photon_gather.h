@@ -19,6 +19,7 @@
 #include "transport/direct/lobe_split.h"
 #include "transport/guiding/guided_bsdf.h"
 #include "transport/paths/eye_walk.h"
+#include "transport/paths/light_passes.h"
 #include "transport/photons/arrival_map.h"
 #include "transport/photons/photon_map.h"
 
@@ -60,11 +61,16 @@ class PhotonGatherer {
     pixel_ = pixel;
     index_ = index;
     logs_ = log_ != nullptr;
+    first_ = {};
+    if (passes_) passes_->begin();
     sampler_.start(pixel, index);
     return sampler_;
   }
   /// `seen`: light that is seen directly or through delta lobes only. The returned radiance does not contain it.
   Color trace(Ray ray, SampleAux* aux, float& alpha, Color& seen);
+  /// From now on, separate the light of each sample by the passes of a film; null: do not.
+  void separate(LightPasses* passes) { passes_ = passes; }
+  const LightPasses* passes() const { return passes_; }
   /// From now on, record where maps are looked up. `only`: also sample no direct light.
   void log_arrivals(ArrivalLog* log, bool only) {
     log_ = log;
@@ -98,14 +104,26 @@ class PhotonGatherer {
     EyeMedia& media;
     const Hit& hit;
   };
+  /// `sampled`: null, or it receives the direction of the light.
   Color direct_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
-                     uint32_t dimension);
+                     uint32_t dimension, SampledLight* sampled = nullptr);
+  /// Adds light of a camera ray to its passes: after `bounces` scattering events of which the first has been noted; of
+  /// media, which scatter once more if `after` is larger than `before`; scattered from `wi` at `point`.
+  void add_to_passes(Color light, int bounces, bool of_environment = false);
+  void add_to_passes(const EyeMedia::Light& light, int before, int after);
+  void add_to_passes(Color light, int bounces, const Bsdf& bsdf, const ShadingPoint& point, Vec3 wi);
   /// Direct light from lights that only some kinds of lobes see, which is in no map.
   Color partial_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
                       uint32_t dimension);
   static std::optional<BsdfSample> sample_sharp(const Bsdf& sharp, Vec3 wo, Numbers numbers);
   /// At surfaces with subsurface scattering: goes below the surface, or stays. False if the walk is lost.
   bool below_surface(EyeWalk& walk, Numbers numbers, Color& beta);
+  /// Media along the present camera ray: adds their light.
+  EyeMedia::Step pass_media(EyeMedia& media, EyeWalk& walk, uint32_t dimension, bool may_scatter, Color& beta,
+                            Color& radiance, float& alpha);
+  /// Light that a surface which a camera ray has reached with the throughput `beta` scatters, without that which
+  /// follows its sharp lobes further.
+  Color at_seen(const ShadingPoint& point, const LobeSplit& split, const Place& place, Color beta, uint32_t base);
   /// Light that the rough lobes of a surface scatter towards the eye: direct, caustic and gathered. `throughput`: from
   /// the surface to the eye.
   Color reflected(const ShadingPoint& point, const Bsdf& rough, const Place& place, Color throughput, int rays,
@@ -118,7 +136,8 @@ class PhotonGatherer {
   /// The volumes of a ray from a surface.
   MediaStack stack_towards(const ShadingPoint& from, const Place& place, Vec3 direction) const;
   struct Incoming {
-    Color radiance{0.0f};
+    Color direct{0.0f};  ///< emission that nothing scatters on the way
+    Color scattered{0.0f};
     float distance = 0.0f;  ///< to the first hit; 0 if there is none
   };
   /// Light along a gather ray: the emission of the first hit, and the estimate of the maps at the rough surface that
@@ -141,6 +160,8 @@ class PhotonGatherer {
   /// Lookups are logged. Chains know no walks below surfaces, so that lookups behind them are not (path_photons.h).
   bool logs_ = false;
   bool log_only_ = false, polished_ = false;
+  LightPasses* passes_ = nullptr;
+  PathPasses first_;  ///< by the first scattering of the camera ray
   const GuideTree* guide_ = nullptr;
   std::vector<GuideSample>* guide_samples_ = nullptr;
   uint32_t guide_stride_ = 1;

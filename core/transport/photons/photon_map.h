@@ -83,24 +83,17 @@ class PhotonMap {
   /// The same, with the factor `weight(i, direction)` for photon `i` from `direction`.
   template <class Weight>
   Color radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup, Weight&& weight) const {
-    if (empty()) return Color(0.0f);
-    PointTree::Neighbours found;
-    Color radiance(0.0f);
-    const int sides = transmits(bsdf) ? 2 : 1;
-    for (int side = 0; side < sides; ++side) {
-      find(point.position, side == 0 ? point.ng : -point.ng, lookup, found);
-      Color sum(0.0f);
-      for (int i = 0; i < found.count; ++i) {
-        const Light& light = lights_[found.index[i]];
-        const float inverse_share = inverse_share_of(found.index[i], point.position, found.radius2);
-        if (!(inverse_share > 0.0f)) continue;
-        const Vec3 direction = unpack_direction(light.packed_direction);
-        sum += bsdf.evaluate(point.wo, direction).f_cos * light.flux_over_cosine *
-               (inverse_share * weight(found.index[i], direction));
-      }
-      if (found.count > 0) radiance += sum / (kPi * found.radius2);
-    }
-    return radiance;
+    return scattered(point, bsdf, lookup, [&](uint32_t photon, Vec3 direction) {
+      return bsdf.evaluate(point.wo, direction).f_cos * weight(photon, direction);
+    });
+  }
+  /// The radiance by each kind of lobe (Bsdf::f_cos_of_kinds).
+  std::array<Color, 3> radiance_of_kinds(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup) const {
+    std::array<Color, 3> sums{};
+    for (size_t k = 0; k < 3; ++k)
+      sums[k] = scattered(point, bsdf, lookup,
+                          [&](uint32_t, Vec3 direction) { return bsdf.f_cos_of_kinds(point.wo, direction)[k]; });
+    return sums;
   }
   /// Irradiance on the side of `ng`, with the cosine at `ns`.
   Color irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const;
@@ -115,6 +108,27 @@ class PhotonMap {
     Color flux_over_cosine;
     uint32_t packed_direction;
   };
+  /// The sum over the photons around a point of f_cos(photon, its direction) times the flux, over the area.
+  template <class Scattering>
+  Color scattered(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup, Scattering&& f_cos) const {
+    if (empty()) return Color(0.0f);
+    PointTree::Neighbours found;
+    Color radiance(0.0f);
+    const int sides = transmits(bsdf) ? 2 : 1;
+    for (int side = 0; side < sides; ++side) {
+      find(point.position, side == 0 ? point.ng : -point.ng, lookup, found);
+      Color sum(0.0f);
+      for (int i = 0; i < found.count; ++i) {
+        const Light& light = lights_[found.index[i]];
+        const float inverse_share = inverse_share_of(found.index[i], point.position, found.radius2);
+        if (!(inverse_share > 0.0f)) continue;
+        const Vec3 direction = unpack_direction(light.packed_direction);
+        sum += f_cos(found.index[i], direction) * light.flux_over_cosine * inverse_share;
+      }
+      if (found.count > 0) radiance += sum / (kPi * found.radius2);
+    }
+    return radiance;
+  }
   /// Radius of an estimate like those of look_around at a photon.
   float radius_at(const SurfacePoint& point) const;
   void find(Vec3 position, Vec3 normal, const Lookup& lookup, PointTree::Neighbours& found) const;

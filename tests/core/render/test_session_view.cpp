@@ -9,6 +9,7 @@
 #include "denoise/open_image_denoise.h"
 #include "render/session.h"
 #include "scene_fixtures.h"
+#include "transport_scenes.h"
 
 namespace ajar::test_session_view {
 
@@ -234,6 +235,45 @@ TEST(SessionView, a_denoiser_that_fails_leaves_noisy_pictures) {
   const SceneDescription d = scene(64, 40, 4);
   session.change_view(d.camera, d.settings);
   EXPECT_EQ(pictures(session).back().not_denoised, "");
+}
+
+// While the artist navigates, the view is path traced. The first picture of the other technique follows later.
+TEST(SessionView, a_still_view_of_hidden_light_is_rendered_by_the_technique_of_a_pilot) {
+  load_stand_in();
+  Session session;
+  session.show_pictures(true);
+  SceneDescription d = hidden_lamp();
+  d.settings.width = d.settings.height = 96;
+  d.settings.region = {0, 0, 96, 96};
+  d.settings.integrator = "auto";
+  d.settings.samples = 1 << 20;
+  d.settings.threads = 2;
+  const SceneDescription same = d;
+  session.update(std::move(d));
+  const auto is_path_traced = [&] {
+    return session.statistics_json().find("\"integrator\": \"auto\"") != std::string::npos;
+  };
+  EXPECT_EQ(next_picture(session).samples, 1.0);
+  EXPECT_TRUE(is_path_traced());
+  double most = 0.0;
+  while (is_path_traced()) {
+    if (const auto picture = session.take_picture()) most = std::max(most, picture->samples);
+    ASSERT_FALSE(session.wait(0.01));
+  }
+  EXPECT_GE(most, 2.0);
+  EXPECT_NE(session.statistics_json().find("trial of photon mapping"), std::string::npos);
+  const ViewPicture changed = next_picture(session);
+  EXPECT_EQ(changed.not_denoised, "");
+  EXPECT_EQ(changed.divider, 1);
+  // The choice is remembered, and navigation is path traced again.
+  CameraDescription moved_a_little = same.camera;
+  moved_a_little.world_from_camera[3] += 0.01f;
+  session.change_view(moved_a_little, same.settings);
+  next_picture(session);
+  EXPECT_TRUE(is_path_traced());
+  while (is_path_traced()) ASSERT_FALSE(session.wait(0.01));
+  session.cancel();
+  ASSERT_TRUE(session.wait(kHang));
 }
 
 TEST(SessionView, the_image_below_the_pictures_is_that_of_a_view_without_them) {
