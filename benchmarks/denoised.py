@@ -99,7 +99,7 @@ def render(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load,
     settings = description.settings
     settings.integrator, settings.samples, settings.seconds, settings.target_error = integrator, ENDLESS, cpu / load.processors, 0.0
     settings.seed, settings.threads, settings.denoised = seed, load.threads, denoised
-    passes = ["Combined", "Halves", "Denoising Albedo", "Denoising Normal"] if denoised else ["Combined"]
+    passes = ["Combined", "Halves", "Direct Halves", "Denoising Albedo", "Denoising Normal"] if denoised else ["Combined"]
     settings.passes = passes
     if change:
         change(description)
@@ -138,7 +138,8 @@ def denoise(found: dict[str, np.ndarray], rays: float, threads: int, combined: b
     started = cpu_seconds()
     noisy = found["Combined"]
     quality = ajar.denoiser.quality_for(rays, noisy.shape[0] * noisy.shape[1])
-    image, _ = ajar.denoise(noisy, found["Halves"] if combined else None, found["Denoising Albedo"], found["Denoising Normal"], quality, threads)
+    image, _ = ajar.denoise(noisy, found["Halves"] if combined else None, found["Denoising Albedo"], found["Denoising Normal"], quality, threads,
+                            direct_halves=found.get("Direct Halves") if combined else None)
     return image[..., :3].astype(np.float64), cpu_seconds() - started
 
 

@@ -17,7 +17,7 @@ from . import compat, passes
 from .ajar_module import ajar
 from .translations import report
 
-NEEDED = (*(guide.name for guide in passes.GUIDES), passes.HALVES)   # passes of the core
+NEEDED = (*(guide.name for guide in passes.GUIDES), passes.HALVES, passes.DIRECT_HALVES)   # passes of the core
 CALIBRATION_SIDE = 64   # pixels
 LEARNED_PIXELS = 128**2  # of an image whose time tells that of others
 _seconds_per_pixel: dict[tuple[ajar.DenoiseQuality, int], float] = {}   # by quality and threads
@@ -46,7 +46,7 @@ def expected_seconds(pixels: int, quality: ajar.DenoiseQuality, threads: int) ->
         def seconds_of(side: int) -> float:
             image = np.ascontiguousarray(noise[:side, :side])
             started = time.monotonic()
-            ajar.denoise(image[..., :3], image, image[..., :3], image[..., :3], quality, threads)
+            ajar.denoise(image[..., :3], image, image[..., :3], image[..., :3], quality, threads, direct_halves=0.5 * image)
             return time.monotonic() - started
         small = CALIBRATION_SIDE // 4
         seconds_of(small)   # starts the library's threads
@@ -69,10 +69,10 @@ class Background:
 
     def _work(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int) -> None:
         color = pictures[passes.COMBINED.name]
-        albedo, normal, halves = (pictures.get(name) for name in NEEDED)
+        albedo, normal, halves, direct_halves = (pictures.get(name) for name in NEEDED)
         started, pixels = time.monotonic(), color.shape[0] * color.shape[1]
         try:
-            self._result = ajar.denoise(color, halves, albedo, normal, quality, threads, self._cancellation)
+            self._result = ajar.denoise(color, halves, albedo, normal, quality, threads, self._cancellation, direct_halves)
             if self._result is not None and pixels >= LEARNED_PIXELS:
                 _seconds_per_pixel[quality, _cores(threads)] = (time.monotonic() - started) / pixels
         except RuntimeError as error:

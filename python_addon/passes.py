@@ -57,6 +57,7 @@ OWN = {  # property of Ajar's settings -> pass
 GUIDES = (Pass("Denoising Albedo", "RGB", "COLOR"), Pass("Denoising Normal", "XYZ", "VECTOR"))
 DENOISING = (*GUIDES, Pass("Depth", "Z", "VALUE", "Denoising Depth"))
 HALVES = "Halves"   # the pass of the core with two independent images; it is not shown
+DIRECT_HALVES = "Direct Halves"   # the part of direct paths in both
 NOISY = Pass("Noisy Image", "RGBA", "COLOR")   # name of the image before denoising, as in Cycles
 DENOISING_ERROR = Pass("Denoising Error", "X", "VALUE")
 

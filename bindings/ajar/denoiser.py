@@ -56,5 +56,5 @@ def reason() -> str:
 
 
 def quality_for(rays: float, pixels: int, free_seconds: float = FREE_SECONDS) -> DenoiseQuality:
-    """The best quality that takes at most a tenth of a render with this number of rays, or `free_seconds` of a core."""
-    return denoise_quality_for(rays, pixels, free_seconds)
+    """The best quality that takes at most a tenth of a render with this number of rays, or `free_seconds` of a core. Direct light is denoised apart."""
+    return denoise_quality_for(rays, pixels, free_seconds, True)

@@ -271,6 +271,56 @@ DenoisedHalves denoise_halves(const std::vector<float>& a, const std::vector<flo
   return d;
 }
 
+/// Two independent images of the same light.
+struct Halves {
+  std::vector<float> a, b;
+};
+bool is_known(const std::vector<float>& halves) {
+  return !halves.empty() && std::none_of(halves.begin(), halves.end(), [](float v) { return std::isnan(v); });
+}
+Halves separate(const std::vector<float>& halves) {
+  Halves result{std::vector<float>(halves.size() / 2), std::vector<float>(halves.size() / 2)};
+  for_pixels(halves.size() / 6, [&](size_t i) {
+    for (size_t c = 0; c < 3; ++c) {
+      result.a[3 * i + c] = halves[6 * i + c];
+      result.b[3 * i + c] = halves[6 * i + 3 + c];
+    }
+  });
+  return result;
+}
+
+/// A denoised image, and the difference G(A) - G(B) of the images for each half.
+struct Combined {
+  std::vector<float> image, difference;
+};
+Combined combine(const Halves& halves, ImageSize size, const DenoiseFunction& denoiser, bool with_whole) {
+  const auto& [a, b] = halves;
+  const auto [from_a, from_b, whole] = denoise_halves(a, b, size, denoiser, with_whole);
+  const std::vector<float> light = light_of(from_a, from_b);
+  Residuals residuals;
+  for (std::vector<float>* one : residuals.all())
+    if (one != &residuals.whole || !whole.empty()) one->resize(size.values());
+  for_pixels(size.values(), [&](size_t i) {
+    const float scale = 1.0f / light[i / 3];
+    residuals.first[i] = scale * (b[i] - from_a[i]);
+    residuals.second[i] = scale * (a[i] - from_b[i]);
+    residuals.halves[i] = scale * (a[i] - b[i]);
+    if (!whole.empty()) residuals.whole[i] = scale * (whole[i] - 0.5f * (from_a[i] + from_b[i]));
+  });
+  const auto parts = Combination(std::move(residuals), size.width, size.height).significant_parts();
+  Combined result{std::vector<float>(size.values()), std::vector<float>(size.values())};
+  for_pixels(size.values(), [&](size_t i) {
+    const float of_a = from_a[i] + light[i / 3] * parts[0][i], of_b = from_b[i] + light[i / 3] * parts[1][i];
+    // A residual can be larger than the light. Only negative lamps make an image negative.
+    float value = std::max(0.5f * (of_a + of_b), std::min(0.0f, std::min(a[i], b[i])));
+    const float of_denoiser = std::min(from_a[i], from_b[i]);
+    if (value < of_denoiser) value = std::max(value, std::min(of_denoiser, darkest_around(a, b, size, i)));
+    result.image[i] = value;
+    result.difference[i] = of_a - of_b;
+  });
+  return result;
+}
+
 }  // namespace
 
 std::vector<float> rgb_of(const std::vector<float>& rgba) {
@@ -302,46 +352,32 @@ std::vector<float> limited(const std::vector<float>& image, const std::vector<fl
   return result;
 }
 
-Denoised denoise(const std::vector<float>& image, const std::vector<float>& halves, int width, int height,
-                 const DenoiseFunction& denoiser, bool with_whole) {
-  const size_t pixels = size_t(width) * size_t(height);
-  if (halves.empty() || std::any_of(halves.begin(), halves.end(), [](float v) { return std::isnan(v); }))
-    return {run(denoiser, image), {}};
-  std::vector<float> a(3 * pixels), b(3 * pixels);
-  for_pixels(pixels, [&](size_t i) {
-    for (size_t c = 0; c < 3; ++c) {
-      a[3 * i + c] = halves[6 * i + c];
-      b[3 * i + c] = halves[6 * i + 3 + c];
+Denoised denoise(const NoisyImage& noisy, const DenoiseFunction& denoiser, bool with_whole) {
+  const ImageSize size{noisy.width, noisy.height, 3};
+  if (!is_known(noisy.halves)) return {run(denoiser, noisy.image), {}};
+  std::vector<Halves> parts{separate(noisy.halves)};
+  if (is_known(noisy.direct_halves)) {
+    parts.push_back(separate(noisy.direct_halves));
+    for (size_t i = 0; i < size.values(); ++i) {
+      parts[0].a[i] -= parts[1].a[i];
+      parts[0].b[i] -= parts[1].b[i];
     }
-  });
-  const auto [from_a, from_b, whole] = denoise_halves(a, b, {width, height, 3}, denoiser, with_whole);
-  const std::vector<float> light = light_of(from_a, from_b);
-  Residuals residuals;
-  for (std::vector<float>* one : residuals.all())
-    if (one != &residuals.whole || !whole.empty()) one->resize(3 * pixels);
-  for_pixels(3 * pixels, [&](size_t i) {
-    const float scale = 1.0f / light[i / 3];
-    residuals.first[i] = scale * (b[i] - from_a[i]);
-    residuals.second[i] = scale * (a[i] - from_b[i]);
-    residuals.halves[i] = scale * (a[i] - b[i]);
-    if (!whole.empty()) residuals.whole[i] = scale * (whole[i] - 0.5f * (from_a[i] + from_b[i]));
-  });
-  const auto parts = Combination(std::move(residuals), width, height).significant_parts();
-  Denoised result{std::vector<float>(3 * pixels), std::vector<float>(pixels)};
-  for_pixels(pixels, [&](size_t i) {
-    for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
-      const float of_a = from_a[c] + light[i] * parts[0][c], of_b = from_b[c] + light[i] * parts[1][c];
-      // A residual can be larger than the light. Only negative lamps make an image negative.
-      float value = std::max(0.5f * (of_a + of_b), std::min(0.0f, std::min(a[c], b[c])));
-      const float of_denoiser = std::min(from_a[c], from_b[c]);
-      if (value < of_denoiser)
-        value = std::max(value, std::min(of_denoiser, darkest_around(a, b, {width, height, 3}, c)));
-      result.image[c] = value;
-      result.error[i] += 0.5f * (of_a - of_b) * (of_a - of_b) / (value * value + kDarkest) / 3.0f;
-    }
+  }
+  Denoised result{std::vector<float>(size.values()), std::vector<float>(size.values() / 3)};
+  std::vector<float> difference(size.values());
+  for (const Halves& part : parts) {
+    const Combined combined = combine(part, size, denoiser, with_whole);
+    for_pixels(size.values(), [&](size_t i) {
+      result.image[i] += combined.image[i];
+      difference[i] += combined.difference[i];
+    });
+  }
+  for_pixels(result.error.size(), [&](size_t i) {
+    for (size_t c = 3 * i; c < 3 * i + 3; ++c)
+      result.error[i] += 0.5f * difference[c] * difference[c] / (result.image[c] * result.image[c] + kDarkest) / 3.0f;
   });
   std::vector<float> scratch;
-  window_mean(result.error, {width, height, 1}, kErrorReach, scratch);
+  window_mean(result.error, {size.width, size.height, 1}, kErrorReach, scratch);
   return result;
 }
 

@@ -20,6 +20,10 @@
 // The estimate of the squared error is twice as much: the bias that is left cannot be separated from the noise, and in
 // test renders it is about as large (docs/research/denoising.md).
 //
+// Light that is found directly has another kind of noise than the rest: little noise, with edges of shadows. If the
+// render separates it ("Direct Halves" of film.h), both parts are denoised and combined apart, and added. This takes
+// twice the time, and its error is up to a quarter smaller (docs/research/denoising.md).
+//
 // Single pixels that are far brighter than all their neighbours, and bright in one half only, are darkened before the
 // denoiser sees them, unless there are many of them around. They stay in N: coarse planes return their energy where it is
 // significant.
@@ -44,11 +48,21 @@ struct Denoised {
   std::vector<float> error;
 };
 
-/// `image`: RGB. `halves`: the means of the even and of the odd samples of each pixel, six channels. A pixel without two
-/// halves is NaN there; then, and if `halves` is empty, `image` is denoised without a combination, and `error` is empty.
+/// What is denoised. `halves`: the means of the even and of the odd samples of each pixel, six channels. A pixel without
+/// two halves is NaN there; then, and if `halves` is empty, `image` is denoised without a combination, and `error` is
+/// empty. `direct_halves`: the part of the halves by direct paths; empty, or NaN anywhere: they are not separated.
+struct NoisyImage {
+  const std::vector<float>&image, &halves;  ///< image: RGB
+  std::vector<float> direct_halves;
+  int width, height;
+};
 /// `with_whole`: images with much noise are denoised as a whole as well, which takes half as long again.
-Denoised denoise(const std::vector<float>& image, const std::vector<float>& halves, int width, int height,
-                 const DenoiseFunction& denoiser, bool with_whole = true);
+Denoised denoise(const NoisyImage& noisy, const DenoiseFunction& denoiser, bool with_whole = true);
+/// The same without direct halves.
+inline Denoised denoise(const std::vector<float>& image, const std::vector<float>& halves, int width, int height,
+                        const DenoiseFunction& denoiser, bool with_whole = true) {
+  return denoise({image, halves, {}, width, height}, denoiser, with_whole);
+}
 
 /// The image, RGB, in which single pixels are darkened that are bright here and not in `other`.
 std::vector<float> limited(const std::vector<float>& image, const std::vector<float>& other, int width, int height);

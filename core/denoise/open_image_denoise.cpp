@@ -60,13 +60,14 @@ bool goes_on(void* cancelled, double) { return !static_cast<const std::atomic<bo
 
 }  // namespace
 
-DenoiseQuality denoise_quality_for(double rays, double pixels, double free_seconds) {
+DenoiseQuality denoise_quality_for(double rays, double pixels, double free_seconds, bool separates) {
   constexpr double kMaxShare = 0.1;  // of the render
-  constexpr double kHighSeconds = 15e-6,
-                   kBalancedSeconds = 5.2e-6;  // of a core for a pixel, with both halves and the whole
-  const double allowed = std::max(kMaxShare * kDenoiseSecondsPerRay * rays, free_seconds);
+  // Of a core for a pixel, with both halves and (not Fast) the whole.
+  constexpr double kHighSeconds = 15e-6, kBalancedSeconds = 5.2e-6, kFastSeconds = 2.2e-6;
+  const double allowed = std::max(kMaxShare * kDenoiseSecondsPerRay * rays, free_seconds) / (separates ? 2.0 : 1.0);
   if (kHighSeconds * pixels <= allowed) return DenoiseQuality::High;
-  return kBalancedSeconds * pixels <= allowed ? DenoiseQuality::Balanced : DenoiseQuality::Fast;
+  if (kBalancedSeconds * pixels <= allowed) return DenoiseQuality::Balanced;
+  return !separates || kFastSeconds * pixels <= allowed ? DenoiseQuality::Fast : DenoiseQuality::Fastest;
 }
 
 struct OpenImageDenoise::Device {

@@ -16,12 +16,14 @@ namespace ajar {
 enum class DenoiseQuality {
   High,      ///< the guides are denoised first; a network for guides without noise
   Balanced,  ///< a network for guides with noise
-  Fast       ///< the same, smaller
+  Fast,      ///< the same, smaller
+  Fastest    ///< as Fast; direct light is not denoised apart
 };
 
 /// The best quality that takes at most a tenth of a render with this number of rays, or `free_seconds` of a core. It
-/// follows from fixed costs, not from the clock: frames of different machines agree.
-DenoiseQuality denoise_quality_for(double rays, double pixels, double free_seconds);
+/// follows from fixed costs, not from the clock: frames of different machines agree. `separates`: direct light is
+/// denoised apart, which takes twice the time, except by Fastest.
+DenoiseQuality denoise_quality_for(double rays, double pixels, double free_seconds, bool separates);
 constexpr double kDenoiseSecondsPerRay = 0.5e-6;  ///< of a core, as `denoise_quality_for` assumes
 
 /// Thrown when `cancelled` is set while the library runs.

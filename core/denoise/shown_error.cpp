@@ -15,7 +15,8 @@ double shown_relmse(const DenoiserInput& input, int threads, const std::atomic<b
   try {
     const OpenImageDenoise library(input.width, input.height, input.albedo, input.normal, DenoiseQuality::Fast, threads,
                                    stop);
-    image = denoise(rgb_of(input.combined), input.halves, input.width, input.height, std::cref(library), false);
+    const std::vector<float> rgb = rgb_of(input.combined);
+    image = denoise({rgb, input.halves, input.direct_halves, input.width, input.height}, std::cref(library), false);
   } catch (const std::runtime_error&) {
     return -1.0;  // the owner reports the failure when it denoises the final image
   }

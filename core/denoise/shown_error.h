@@ -19,9 +19,9 @@ class ShownErrorSchedule {
   uint64_t next_ = 16;
 };
 
-/// Passes of the film, as `Film::resolve` gives them. Guides that were not rendered are empty.
+/// Passes of the film, as `Film::resolve` gives them. Guides and direct halves that were not asked for are empty.
 struct DenoiserInput {
-  std::vector<float> combined, halves, albedo, normal;
+  std::vector<float> combined, halves, direct_halves, albedo, normal;
   int width = 0, height = 0;
 };
 

@@ -35,6 +35,8 @@ constexpr std::array kShares{"Share BSDF",   "Share Light 1", "Share Light 2", "
 constexpr std::array kSplattedParts{"DiffDir",  "GlossDir", "TransDir",  "DiffInd",
                                     "GlossInd", "TransInd", "VolumeDir", "VolumeInd"};
 
+constexpr const char* kDirectHalves = "Direct Halves";
+
 /// -1: it is not in the list.
 template <class List>
 int index_of_name(const List& names, const std::string& name) {
@@ -96,6 +98,7 @@ const std::vector<PassInfo>& known_passes() {
                                             {"Render Time", 1},
                                             {"Sample Count", 1},
                                             {"Halves", 6},
+                                            {"Direct Halves", 6},
                                             {"Shadow Catcher", 3},
                                             {"Denoising Albedo", 3},
                                             {"Denoising Normal", 3},
@@ -128,6 +131,7 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
   if (wants_surface) aux_.resize(pixels_.size());
   if (wants_guides) guides_.resize(pixels_.size());
   if (wants_parts) parts_.resize(pixels_.size());
+  if (std::find(passes.begin(), passes.end(), kDirectHalves) != passes.end()) direct_.resize(pixels_.size());
   for (size_t part = 0; part < kSplattedParts.size(); ++part)
     if (std::find(passes.begin(), passes.end(), kSplattedParts[part]) != passes.end())
       part_planes_[part] = uint16_t(1 + light_groups().size() + splatted_parts_++);
@@ -139,10 +143,13 @@ uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool spla
              parts = std::any_of(passes.begin(), passes.end(), is_part_pass);
   const auto separate = size_t(std::count_if(passes.begin(), passes.end(), [](const std::string& pass) {
     return !light_group_of(pass).empty() ||
-           std::find(kSplattedParts.begin(), kSplattedParts.end(), pass) != kSplattedParts.end();
+           std::find(kSplattedParts.begin(), kSplattedParts.end(), pass) != kSplattedParts.end() ||
+           pass == kDirectHalves;
   }));
+  const bool direct = std::find(passes.begin(), passes.end(), kDirectHalves) != passes.end();
   return sizeof(Pixel) + (aux ? sizeof(AuxPixel) : 0) + (guides ? sizeof(GuidePixel) : 0) +
-         (parts ? sizeof(PartsPixel) : 0) + ExtraPasses::bytes_per_pixel(passes) + kMaxRemembered * 3 * sizeof(float) +
+         (parts ? sizeof(PartsPixel) : 0) + (direct ? sizeof(DirectPixel) : 0) + ExtraPasses::bytes_per_pixel(passes) +
+         kMaxRemembered * 3 * sizeof(float) +
          (splats ? (1 + separate) * (sizeof(SplatPixel) + std::tuple_size_v<decltype(pending_)> * sizeof(PendingPixel))
                  : 0);
 }
@@ -150,8 +157,8 @@ uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool spla
 uint64_t Film::memory_bytes() const {
   uint64_t bytes = pixels_.size() * sizeof(Pixel) + aux_.size() * sizeof(AuxPixel) +
                    guides_.size() * sizeof(GuidePixel) + parts_.size() * sizeof(PartsPixel) +
-                   goals_.size() * sizeof(uint32_t) + caught_.memory_bytes() + extra_.memory_bytes() +
-                   early_.memory_bytes() + lost_bytes();
+                   direct_.size() * sizeof(DirectPixel) + goals_.size() * sizeof(uint32_t) + caught_.memory_bytes() +
+                   extra_.memory_bytes() + early_.memory_bytes() + lost_bytes();
   if (splats_) bytes += splat_count() * sizeof(SplatPixel);
   for (const PendingSplats& pending : pending_) bytes += pending.pixels ? splat_count() * sizeof(PendingPixel) : 0;
   for (const Remembered& one : remembered_)
@@ -244,7 +251,23 @@ void Film::add_parts(int x, int y, const SampleParts& parts) {
   }
 }
 
+void Film::add_direct(int x, int y, Color light) {
+  const size_t index = index_of(x, y);
+  const bool odd = (first_sample_ + pixels_[index].count - 1) & 1;  // the count includes this sample
+  direct_known_.store(true, std::memory_order_relaxed);
+  if (lost_) [[unlikely]] {
+    add_direct_exactly(index, odd, light);
+    return;
+  }
+  DirectPixel& p = direct_[index];
+  for (int c = 0; c < 3; ++c) {
+    p.sum[c] += double(light[c]);
+    if (odd) p.half[c] += double(light[c]);
+  }
+}
+
 void add_light(SampleParts& parts, const PathPasses& of, Color light) {
+  if (of.is_direct) parts.direct_paths += light;
   if (of.group >= 0) parts.groups[size_t(of.group)] += light;
   using Part = PathPasses::Part;
   switch (of.part) {
@@ -301,6 +324,7 @@ void Film::add_splat(int x, int y, Color value, bool odd, const PathPasses& pass
   const size_t index = index_of(x, y);
   add_splat_at(index, value, largest, odd);
   if (passes.group >= 0) add_splat_at(index + pixels_.size() * size_t(passes.group + 1), value, largest, odd);
+  if (passes.is_direct && wants_direct()) add_splat_at(index + pixels_.size() * direct_plane(), value, largest, odd);
   if (passes.part == PathPasses::Part::None || splatted_parts_ == 0) return;
   const auto add_to = [&](size_t part, Color light) {
     const float greatest = max_component(glm::abs(light));
@@ -415,6 +439,8 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
       o[0] = float(p.count);
     } else if (pass == "Halves") {
       means_of_halves(i, exposure, o);
+    } else if (pass == kDirectHalves) {
+      means_of_direct_halves(i, exposure, o);
     } else if (pass == "Variance") {
       o[0] = variance[i];
     } else if (pass == "Error" || pass == "Perceptual Error") {

@@ -68,6 +68,7 @@ struct SampleParts {
   std::array<Color, 2> volume{Color(0.0f), Color(0.0f)};  ///< direct and indirect light that a volume scatters
   /// The light of each group whose pass is asked for; empty: none is.
   std::vector<Color> groups;
+  Color direct_paths{0.0f};           ///< for Film::add_direct
   const int* shown_groups = nullptr;  ///< the index in `groups` of each light group of the scene; -1: no pass shows it
   int group = -1;                     ///< index in `groups` of the light that is added next; -1: none
 };
@@ -79,6 +80,7 @@ struct PathPasses {
   enum class Part : uint8_t { None, Emission, Environment, Direct, Indirect, VolumeDirect, VolumeIndirect };
   int group = -1;  ///< index in Film::light_groups(); -1: no pass shows it
   Part part = Part::None;
+  bool is_direct = false;                                              ///< the path belongs to "Direct Halves"
   std::array<Color, 3> shares{Color(0.0f), Color(0.0f), Color(0.0f)};  ///< of the kinds of lobes in Direct and Indirect
 };
 /// Adds the light of a path.
@@ -125,6 +127,11 @@ class Film {
   }
   /// Adds the parts of the latest sample of this pixel.
   void add_parts(int x, int y, const SampleParts& parts);
+  /// Whether "Direct Halves" is asked for.
+  bool wants_direct() const { return !direct_.empty(); }
+  /// Adds light of the latest sample of this pixel to "Direct Halves": that of paths LS*E and L(D)S*E, whose noise
+  /// differs from that of the other light. Integrators that do not know it leave the pass empty (NaN).
+  void add_direct(int x, int y, Color light);
   /// For a scene with shadow catchers: "Combined" is then the composite with them. Must be called before the first sample.
   void enable_catchers(bool transparent_film) { caught_.enable(pixels_.size(), transparent_film); }
   bool has_catchers() const { return caught_.enabled(); }
@@ -160,7 +167,8 @@ class Film {
   uint64_t refused() const { return refused_.load(); }
 
   /// The resolved channels of a pass: width * height * channels floats. "Halves" has the means of the even and of the
-  /// odd samples of a pixel, RGB each; NaN if the pixel has no sample in one of them.
+  /// odd samples of a pixel, RGB each; NaN if the pixel has no sample in one of them. "Direct Halves" has the part of
+  /// add_direct in both.
   std::vector<float> resolve(const std::string& pass, float exposure) const;
   /// Stores the present image of `samples` samples for the average pixel. Errors are estimated from changes of the
   /// image.
@@ -201,6 +209,9 @@ class Film {
     double emission[3] = {0, 0, 0}, environment[3] = {0, 0, 0}, direct[3][3] = {}, indirect[3][3] = {},
            color[3][3] = {}, volume[2][3] = {};
   };
+  struct DirectPixel {
+    double sum[3] = {0, 0, 0}, half[3] = {0, 0, 0};  ///< half: of the odd samples
+  };
   struct SplatPixel {
     double sum[2][3] = {};  ///< even, odd
   };
@@ -231,10 +242,13 @@ class Film {
   static void add_first(AuxPixel& pixel, const SampleAux& aux);
   void add_sample_exactly(size_t index, bool odd, Color radiance, float alpha, const SampleAux* aux);
   void add_parts_exactly(size_t index, const SampleParts& parts);
+  void add_direct_exactly(size_t index, bool odd, Color light);
   void add_splats_exactly(size_t index, int half, int channel, __int128 sum, double units);
   void add_splat_at(size_t index, Color value, float largest, bool odd);
-  /// Entries of the splats: those of the image, after them those of each light group, then those of the part passes.
-  size_t splat_count() const { return pixels_.size() * (1 + light_groups().size() + splatted_parts_); }
+  /// Entries of the splats: those of the image, after them those of each light group, then those of the part passes, then
+  /// those of direct paths.
+  size_t splat_count() const { return pixels_.size() * (direct_plane() + (wants_direct() ? 1 : 0)); }
+  size_t direct_plane() const { return 1 + light_groups().size() + splatted_parts_; }
   /// Index of the entries of a part pass; 0 if it is not asked for. `part`: 0 to 2 direct light by kind, 3 to 5 indirect
   /// light, 6 and 7 direct and indirect light of volumes.
   size_t plane_of_part(size_t part) const { return part_planes_[part]; }
@@ -260,6 +274,9 @@ class Film {
   bool has_halves(const Pixel& pixel) const;
   bool halves_of(size_t index, double mean[3], double difference[3]) const;
   void means_of_halves(size_t index, double exposure, float out[6]) const;
+  void means_of_direct_halves(size_t index, double exposure, float out[6]) const;
+  void means_of_halves(size_t index, const double sum[3], const double half[3], size_t splats, double exposure,
+                       float out[6]) const;
   std::vector<float> variance_of_mean() const;
   static double luminance_of(const double rgb[3]) {
     return 0.2126729 * rgb[0] + 0.7151522 * rgb[1] + 0.0721750 * rgb[2];
@@ -278,6 +295,8 @@ class Film {
   std::vector<AuxPixel> aux_;
   std::vector<GuidePixel> guides_;
   std::vector<PartsPixel> parts_;
+  std::vector<DirectPixel> direct_;
+  std::atomic<bool> direct_known_{false};
   std::unique_ptr<Lost, LostDeleter> lost_;  ///< null: sums are not kept exactly
   uint32_t first_sample_ = 0;
   static constexpr size_t kMaxRemembered = 3;

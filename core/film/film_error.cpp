@@ -91,18 +91,33 @@ bool Film::halves_of(size_t index, double mean[3], double difference[3]) const {
 }
 
 void Film::means_of_halves(size_t index, double exposure, float out[6]) const {
+  means_of_halves(index, pixels_[index].sum, pixels_[index].half, index, exposure, out);
+}
+
+void Film::means_of_direct_halves(size_t index, double exposure, float out[6]) const {
+  if (!wants_direct() || !direct_known_.load(std::memory_order_relaxed) || caught_.enabled()) {
+    std::fill_n(out, 6, std::numeric_limits<float>::quiet_NaN());
+    return;
+  }
+  means_of_halves(index, direct_[index].sum, direct_[index].half, index + pixels_.size() * direct_plane(), exposure,
+                  out);
+}
+
+/// The means of the halves of sums over the samples of a pixel, with splats from this index on.
+void Film::means_of_halves(size_t index, const double sum[3], const double half[3], size_t splats, double exposure,
+                           float out[6]) const {
   const Pixel& p = pixels_[index];
   const bool known = has_halves(p);
   const uint32_t even = p.count - p.half_count;
   for (int c = 0; c < 3; ++c) {
     double first = 0.0, second = 0.0;
     if (p.count > 0 && known) {
-      first = (p.sum[c] - p.half[c]) / double(even);
-      second = p.half[c] / double(p.half_count);
+      first = (sum[c] - half[c]) / double(even);
+      second = half[c] / double(p.half_count);
     }
     if (splats_) {
-      first += 2.0 * splat_scale_ * splats_[index].sum[0][c];
-      second += 2.0 * splat_scale_ * splats_[index].sum[1][c];
+      first += 2.0 * splat_scale_ * splats_[splats].sum[0][c];
+      second += 2.0 * splat_scale_ * splats_[splats].sum[1][c];
     }
     out[c] = known ? float(first * exposure) : std::numeric_limits<float>::quiet_NaN();
     out[3 + c] = known ? float(second * exposure) : std::numeric_limits<float>::quiet_NaN();

@@ -36,6 +36,7 @@ struct Film::Lost {
   std::vector<GuidePixel> guides;
   std::vector<PartsPixel> parts;
   std::vector<SplatPixel> splats;
+  std::vector<DirectPixel> direct;
 };
 
 void Film::LostDeleter::operator()(Lost* lost) const { delete lost; }
@@ -58,12 +59,14 @@ bool Film::keep_exact_sums() {
   static_assert(sizeof(GuidePixel) == FilmSums::kWidths[2] * sizeof(double));
   static_assert(sizeof(PartsPixel) == FilmSums::kWidths[3] * sizeof(double));
   static_assert(sizeof(SplatPixel) == FilmSums::kWidths[4] * sizeof(double));
+  static_assert(sizeof(DirectPixel) == FilmSums::kWidths[5] * sizeof(double));
   if (extra_.wanted() || !extra_.groups().empty() || caught_.enabled()) return false;
   lost_.reset(new Lost);
   lost_->pixels.resize(pixels_.size());
   lost_->aux.resize(aux_.size());
   lost_->guides.resize(guides_.size());
   lost_->parts.resize(parts_.size());
+  lost_->direct.resize(direct_.size());
   return true;
 }
 
@@ -71,7 +74,7 @@ uint64_t Film::lost_bytes() const {
   if (!lost_) return 0;
   return lost_->pixels.size() * sizeof(Pixel) + lost_->aux.size() * sizeof(AuxPixel) +
          lost_->guides.size() * sizeof(GuidePixel) + lost_->parts.size() * sizeof(PartsPixel) +
-         lost_->splats.size() * sizeof(SplatPixel);
+         lost_->splats.size() * sizeof(SplatPixel) + lost_->direct.size() * sizeof(DirectPixel);
 }
 
 void Film::add_sample_exactly(size_t index, bool odd, Color radiance, float alpha, const SampleAux* aux) {
@@ -117,6 +120,15 @@ void Film::add_parts_exactly(size_t index, const SampleParts& parts) {
     }
   }
   add_numbers(parts_[index], lost_->parts[index], more, FilmSums::kWidths[3]);
+}
+
+void Film::add_direct_exactly(size_t index, bool odd, Color light) {
+  DirectPixel more;
+  for (int c = 0; c < 3; ++c) {
+    more.sum[c] = double(light[c]);
+    if (odd) more.half[c] = double(light[c]);
+  }
+  add_numbers(direct_[index], lost_->direct[index], more, FilmSums::kWidths[5]);
 }
 
 void Film::add_splats_exactly(size_t index, int half, int channel, __int128 sum, double units) {
@@ -168,6 +180,7 @@ FilmSums Film::sums() const {
   read_table(s.tables[2], guides_, lost_->guides, guides_.size(), widths[2]);
   read_table(s.tables[3], parts_, lost_->parts, parts_.size(), widths[3]);
   read_table(s.tables[4], splats_, lost_->splats, splats_ ? splat_count() : 0, widths[4]);
+  read_table(s.tables[5], direct_, lost_->direct, direct_.size(), widths[5]);
   // These are values and not sums.
   for (size_t i = 0; i < aux_.size(); ++i)
     for (const size_t k : {size_t(0), size_t(4), size_t(5), size_t(6)}) s.tables[1].high[i * widths[1] + k] = 0.0;
@@ -181,7 +194,8 @@ void Film::set_sums(const FilmSums& s) {
     enable_splats();
     lost_->splats.resize(splat_count());
   }
-  const size_t entries[] = {pixels_.size(), aux_.size(), guides_.size(), parts_.size(), splats_ ? splat_count() : 0};
+  const size_t entries[] = {pixels_.size(), aux_.size(), guides_.size(), parts_.size(), splats_ ? splat_count() : 0,
+                            direct_.size()};
   bool fits = s.pixels == pixels_.size() && s.counts.size() == 2 * s.pixels &&
               s.firsts.size() == FilmSums::kFirsts * aux_.size();
   for (size_t k = 0; k < widths.size(); ++k)
@@ -193,6 +207,8 @@ void Film::set_sums(const FilmSums& s) {
   write_table(s.tables[2], guides_, lost_->guides, entries[2], widths[2]);
   write_table(s.tables[3], parts_, lost_->parts, entries[3], widths[3]);
   write_table(s.tables[4], splats_, lost_->splats, entries[4], widths[4]);
+  direct_known_ = true;
+  write_table(s.tables[5], direct_, lost_->direct, entries[5], widths[5]);
   for (size_t i = 0; i < s.pixels; ++i) pixels_[i].count = s.counts[2 * i], pixels_[i].half_count = s.counts[2 * i + 1];
   for (size_t i = 0; i < aux_.size(); ++i) {
     AuxPixel& a = aux_[i];

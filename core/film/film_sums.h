@@ -24,7 +24,7 @@ inline void add_exactly(double& high, double& low, double value) {
 
 struct FilmSums {
   static constexpr size_t kFirsts = 7;
-  static constexpr std::array<size_t, 5> kWidths{8, 21, 6, 39, 6};
+  static constexpr std::array<size_t, 6> kWidths{8, 21, 6, 39, 6, 6};
   /// Sums by pixel, `width` of each. Empty: the film has none.
   struct Table {
     size_t width = 0;
@@ -36,7 +36,8 @@ struct FilmSums {
   /// Values that are not averaged, from the first sample of each pixel that has one: depth, position, the indices of
   /// object and material, and 1 if there is such a sample. Empty: the film has none.
   std::vector<float> firsts;
-  std::array<Table, 5> tables;  ///< samples, surfaces, guides of a denoiser, parts of the light, splats
+  /// Samples, surfaces, guides of a denoiser, parts of the light, splats, direct paths.
+  std::array<Table, kWidths.size()> tables;
 
   bool has_same_form(const FilmSums& other) const;
   /// Adds the sums of other samples. `firsts` keeps its values. Both must have the same form.

@@ -55,7 +55,7 @@ class Bdpt final : public Integrator {
       w.media = media_.get();
       w.merging = merging_.active() ? &merging_ : nullptr;
       w.guide = space_->guide;
-      w.passes = LightPasses(*scene_, film);
+      w.passes = LightPasses(*scene_, film, true);
       return w;
     });
     const auto add_samples = [&](int more) {
@@ -134,7 +134,9 @@ class Bdpt final : public Integrator {
     }
     const bool added = film.add_sample(px, py, radiance + walks.merged() + walks.glow(), walks.alpha(), aux);
     film.add_rays(px, py, walks.rays() - rays_before);
-    if (added && separates) film.add_parts(px, py, walks.passes.parts());
+    if (!added || !separates) return;
+    film.add_parts(px, py, walks.passes.parts());
+    if (film.wants_direct()) film.add_direct(px, py, walks.passes.parts().direct_paths);
   }
 
   std::shared_ptr<const Scene> scene_;

@@ -245,8 +245,10 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
             const Ray further = scene_->camera().generate_ray(on_film, u_lens, sample_time(*scene_, sampler));
             return sees_nothing(further) ? Color(0.0f) : trace_seen_light(*scene_, further, sampler, seen_rays.local());
           });
-    if (film.add_sample(px, py, rest + seen, alpha, aux) && gatherer.passes())
-      film.add_parts(px, py, gatherer.passes()->parts());
+    if (film.add_sample(px, py, rest + seen, alpha, aux)) {
+      if (gatherer.passes()) film.add_parts(px, py, gatherer.passes()->parts());
+      if (film.wants_direct()) film.add_direct(px, py, seen + gatherer.direct_paths());
+    }
     film.add_rays(px, py, gatherer.rays() - rays_before);
   });
   seen_rays.combine_each([&](uint64_t rays) { seen_rays_ += rays; });

@@ -180,12 +180,13 @@ class PathTracer final : public Integrator {
       else
         render_with<decltype(parts), NoMedia>(direct_light, Unguided(), film, stop, counters);
     };
+    const bool direct = film.wants_direct();
     if (mixture_)
-      with(*mixture_, NoParts());
+      direct ? with(*mixture_, DirectPart()) : with(*mixture_, NoParts());
     else if (film.wants_parts())
       with(MisDirectLight(), SampleParts());
     else
-      with(MisDirectLight(), NoParts());
+      direct ? with(MisDirectLight(), DirectPart()) : with(MisDirectLight(), NoParts());
     counters.combine_each([&](const PathCounters& c) {
       statistics_.rays += c.rays;
       statistics_.paths += c.paths;
@@ -274,6 +275,8 @@ class PathTracer final : public Integrator {
           }
           if constexpr (std::is_same_v<Parts, SampleParts>)
             if (added) film.add_parts(px, py, parts);
+          if constexpr (std::is_same_v<Parts, SampleParts> || std::is_same_v<Parts, DirectPart>)
+            if (added && film.wants_direct()) film.add_direct(px, py, parts.direct_paths);
         });
   }
 

@@ -3,7 +3,7 @@
 //   DirectLight: MisDirectLight or DirectEstimator
 //   Guide:       Unguided or Guided (transport/guiding/path_guide.h)
 //   Medium:      NoMedia or InMedia
-//   Parts:       NoParts, SampleParts (the data of light passes) or ImportantLight
+//   Parts:       NoParts, SampleParts (the data of light passes), DirectPart or ImportantLight
 // Code that a combination does not need is not compiled.
 #pragma once
 
@@ -33,6 +33,10 @@ struct PathDimensions {
 };
 
 struct NoParts {};
+/// The light of a sample by paths LS*E and L(D)S*E, with delta lobes S.
+struct DirectPart {
+  Color direct_paths{0.0f};
+};
 /// Luminance of a sample with the light of each source times its importance. Emission of media is not a source.
 struct ImportantLight {
   float luminance = 0.0f;
@@ -54,7 +58,8 @@ struct PathStart {
 template <class DirectLight, class Guide, class Medium, class Parts>
 class PathWalk {
   static constexpr bool kMedia = Medium::kThere, kGuided = Guide::kGuided;
-  static constexpr bool kParts = std::is_same_v<Parts, SampleParts>, kSources = std::is_same_v<Parts, ImportantLight>;
+  static constexpr bool kParts = std::is_same_v<Parts, SampleParts>, kSources = std::is_same_v<Parts, ImportantLight>,
+                        kDirect = kParts || std::is_same_v<Parts, DirectPart>;
   using D = PathDimensions;
   enum class Step : uint8_t { End, Traced, GoOn };  ///< Traced: the walk has a new ray
 
@@ -128,6 +133,10 @@ class PathWalk {
     if constexpr (kGuided) guided_.note_light(luminance(contribution));
     if constexpr (kSources) parts_.luminance += parts_.of_source * luminance(contribution);
     if constexpr (kParts) add_to_parts(contribution, bounces);
+    if constexpr (kDirect) {
+      const bool sampled = bounces > walk_.point.ray_depth;  // else the walk has hit the light
+      if (!(rough_before_ || (sampled && rough_last_))) parts_.direct_paths += contribution;
+    }
   }
 
   /// Whose light is added next.
@@ -145,6 +154,13 @@ class PathWalk {
     if constexpr (kParts) parts_.group = -1;
   }
   void note_group(int group) { parts_.group = group >= 0 ? parts_.shown_groups[group] : -1; }
+
+  [[gnu::always_inline]] void note_rough([[maybe_unused]] bool rough) {
+    if constexpr (kDirect) {
+      rough_before_ = rough_before_ || rough_last_;
+      rough_last_ = rough;
+    }
+  }
 
   void add_to_parts(Color contribution, int bounces) {
     if (parts_.group >= 0) parts_.groups[size_t(parts_.group)] += contribution;
@@ -250,6 +266,7 @@ class PathWalk {
     const Vec3 wi = phase.sample(walk_.ray.direction, u_lobe, sampler_.get_2d());
     const float cosine = glm::dot(walk_.ray.direction, wi), pdf = phase.pdf_solid_angle(cosine);
     beta_ *= phase.evaluate(cosine) / pdf;
+    note_rough(true);
     ++point.ray_depth;
     at_bounce_limit_ = point.ray_depth > settings_.bounces.total || ++medium_.depth > settings_.bounces.volume;
     point.ray_kind = kRayVolumeScatter;
@@ -377,6 +394,7 @@ class PathWalk {
     if (at_bounce_limit_) return false;
 
     if constexpr (kParts) share_first_scattering(*sample);
+    note_rough(!sample->specular);
     walk_.note_bounce(*sample);
     count_bounce(*sample, point, point);
     at_bounce_limit_ = past_limits(point, settings_.bounces);
@@ -490,6 +508,8 @@ class PathWalk {
   DirectVertex previous_;         ///< the vertex at which the present direction was chosen
   bool at_bounce_limit_ = false;  ///< a bounce limit is reached: only the emission of the next surface still counts
   int vertex_ = 0, material_ = 0;
+  /// For the part of direct paths: whether the last bounce, and any one before it, was not at a delta lobe.
+  bool rough_last_ = false, rough_before_ = false;
   uint32_t base_ = 0;  ///< first dimension of the vertex
   [[no_unique_address]] std::conditional_t<kParts, PathShares, NoParts>
       shares_;  ///< of kinds of lobes in the first scattering event

@@ -18,7 +18,8 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[8] = {'A', 'J', 'A', 'R', 'C', 'H', 'P', '2'};
+constexpr uint64_t kMostPlanes = 64;  // of a table
+constexpr char kMagic[8] = {'A', 'J', 'A', 'R', 'C', 'H', 'P', '3'};
 constexpr uint64_t kLongestHeader = 1 << 20;
 #ifdef AJAR_FUZZING
 constexpr bool kChecked = false;  // so that a fuzzer gets beyond the checksums
@@ -57,7 +58,7 @@ Rests rests_of(const FilmSums::Table& table) {
   return rests;
 }
 
-nlohmann::json header_of(const Checkpoint& c, const std::array<Rests, 5>& rests) {
+nlohmann::json header_of(const Checkpoint& c, const std::array<Rests, FilmSums::kWidths.size()>& rests) {
   nlohmann::json header{{"frame", c.frame},
                         {"region", c.region},
                         {"exposure", c.exposure},
@@ -78,11 +79,13 @@ nlohmann::json header_of(const Checkpoint& c, const std::array<Rests, 5>& rests)
   if (c.sums.pixels == 0) return header;
   nlohmann::json& sums = header["sums"] = {{"firsts", !c.sums.firsts.empty()}, {"tables", nlohmann::json::array()}};
   for (size_t k = 0; k < rests.size(); ++k)
-    sums["tables"].push_back({!c.sums.tables[k].high.empty(), rests[k].numbers.size()});
+    sums["tables"].push_back(
+        {c.sums.tables[k].high.size() / (FilmSums::kWidths[k] * c.sums.pixels), rests[k].numbers.size()});
   return header;
 }
 
-std::vector<std::span<const char>> blocks_of(const Checkpoint& c, const std::array<Rests, 5>& rests) {
+std::vector<std::span<const char>> blocks_of(const Checkpoint& c,
+                                             const std::array<Rests, FilmSums::kWidths.size()>& rests) {
   std::vector<std::span<const char>> blocks;
   for (const auto& [name, values] : c.passes) blocks.push_back(bytes_of<const char>(values));
   if (c.sums.pixels == 0) return blocks;
@@ -189,7 +192,10 @@ class Reader {
       const nlohmann::json& of_table = h.at("tables").at(k);
       FilmSums::Table& table = s.tables[k];
       table.width = FilmSums::kWidths[k];
-      block(table.high, of_table.at(0).get<bool>() ? table.width * pixels : 0);
+      // A film has a table of splats for each pass that separates light.
+      const auto planes = of_table.at(0).get<uint64_t>();
+      if (planes > kMostPlanes) fail(path_, "is damaged");
+      block(table.high, planes * table.width * pixels);
       Rests rests;
       block(rests.numbers, of_table.at(1).get<uint64_t>());
       block(rests.values, of_table.at(1).get<uint64_t>());
@@ -276,7 +282,7 @@ void add_description(Checkpoint& c, const Checkpoint& b) {
 }  // namespace
 
 void save_checkpoint(const Checkpoint& c, const std::string& path) {
-  std::array<Rests, 5> rests;
+  std::array<Rests, FilmSums::kWidths.size()> rests;
   for (size_t k = 0; k < rests.size(); ++k) rests[k] = rests_of(c.sums.tables[k]);
   const std::string text = header_of(c, rests).dump();
   const uint64_t length = text.size();

@@ -66,12 +66,17 @@ void SessionState::begin_film() {
 }
 
 DenoiserInput SessionState::denoiser_input() const {
-  const auto guide = [&](const char* pass) {
+  const auto if_asked = [&](const char* pass) {
     const auto& passes = settings.passes;
     return std::find(passes.begin(), passes.end(), pass) == passes.end() ? std::vector<float>() : resolve(pass);
   };
-  return {resolve("Combined"),       resolve("Halves"), guide("Denoising Albedo"),
-          guide("Denoising Normal"), film->width(),     film->height()};
+  return {resolve("Combined"),
+          resolve("Halves"),
+          if_asked("Direct Halves"),
+          if_asked("Denoising Albedo"),
+          if_asked("Denoising Normal"),
+          film->width(),
+          film->height()};
 }
 
 void SessionState::measure_film() {

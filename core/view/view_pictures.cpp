@@ -69,8 +69,9 @@ PreparedDenoiser& ViewDenoiser::network_for(const DenoiserInput& input, DenoiseQ
 std::vector<float> ViewDenoiser::operator()(const DenoiserInput& input, double samples, double rays, int threads,
                                             const std::atomic<bool>& stop) {
   const bool consistent = samples >= kConsistentSamples;
-  const DenoiseQuality quality = consistent ? denoise_quality_for(rays, double(input.width) * double(input.height), 0.0)
-                                            : DenoiseQuality::Fast;
+  const DenoiseQuality quality = consistent
+                                     ? denoise_quality_for(rays, double(input.width) * double(input.height), 0.0, false)
+                                     : DenoiseQuality::Fast;
   const std::vector<float> none;
   const std::vector<float>&image = rgb_of(input.combined), &halves = consistent ? input.halves : none;
   Denoised result;

@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-MAGIC = b"AJARCHP2"
+MAGIC = b"AJARCHP3"
 LONGEST_HEADER = 1 << 20
 
 

@@ -258,8 +258,9 @@ def test_denoise_refuses_wrong_shapes_and_a_missing_library():
 def test_the_quality_of_the_denoiser_follows_the_rays_per_pixel():
     quality, named = ajar.denoiser.quality_for, ajar.DenoiseQuality
     large = 1920 * 1080
-    assert [quality(rays * large, large) for rays in (1.0, 150.0, 1000.0)] == [named.Fast, named.Balanced, named.High]
-    assert [quality(rays * 500.0, 500, 0.0) for rays in (1.0, 150.0, 1000.0)] == [named.Fast, named.Balanced, named.High]
+    rays_per_pixel, expected = (1.0, 150.0, 300.0, 1000.0), [named.Fastest, named.Fast, named.Balanced, named.High]
+    assert [quality(rays * large, large) for rays in rays_per_pixel] == expected
+    assert [quality(rays * 500.0, 500, 0.0) for rays in rays_per_pixel] == expected
     assert quality(1.0, 500) == named.High   # it takes less than the free time
 
 
@@ -268,7 +269,7 @@ def test_every_quality_denoises_and_a_cancelled_call_returns_none():
     rng = np.random.default_rng(1)
     image = (0.5 + 0.2 * rng.standard_normal((64, 64, 4))).astype(np.float32)
     guide = np.full((64, 64, 3), 0.5, dtype=np.float32)
-    for quality in (ajar.DenoiseQuality.Fast, ajar.DenoiseQuality.Balanced, ajar.DenoiseQuality.High):
+    for quality in ajar.DenoiseQuality.__members__.values():
         result, error = ajar.denoise(image, albedo=guide, normal=guide, quality=quality)
         assert error is None
         assert result[8:-8, 8:-8, :3].std() < 0.05
@@ -313,7 +314,7 @@ def test_the_picture_of_a_view_is_the_denoised_image_of_its_last_sample(samples)
     rays = json.loads(session.statistics_json())["rays"]
     fast = ajar.DenoiseQuality.Fast
     expected, _ = (ajar.denoise(image, None, albedo, normal, fast) if samples < 32
-                   else ajar.denoise(image, halves, albedo, normal, ajar.denoiser.quality_for(rays, 96 * 64, 0.0)))
+                   else ajar.denoise(image, halves, albedo, normal, ajar.denoise_quality_for(rays, 96 * 64, 0.0, separates=False)))
     pixels = picture.take_pixels()
     np.testing.assert_allclose(pixels, expected, rtol=1e-3, atol=1e-4)
     assert np.abs(pixels - image).max() > 0.01

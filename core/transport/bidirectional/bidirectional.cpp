@@ -192,7 +192,9 @@ PathPasses BidirectionalWalks::passes_of(const FoundPath& path) const {
     const PathVertex& vertex = scattering_end(2);
     first = passes.scattered_at(vertex, vertex.point.wo, -edge.to_eye, false);
   }
-  return passes.of(scene_, light_of(path), bounces, first);
+  PathPasses found = passes.of(scene_, light_of(path), bounces, first);
+  found.is_direct = is_direct(path);
+  return found;
 }
 
 /// The walk from the eye has found the vertex of `next` behind `through`.

@@ -30,8 +30,9 @@ PathShares shares_of(const Bsdf& bsdf, const PathShares& scattered) {
   return shares;
 }
 
-LightPasses::LightPasses(const Scene& scene, const Film& film) {
+LightPasses::LightPasses(const Scene& scene, const Film& film, bool finds_direct) {
   parts_wanted_ = film.wants_light_parts();
+  direct_wanted_ = finds_direct && film.wants_direct();
   if (film.light_groups().empty()) return;
   shown_ = shown_light_groups(scene.light_groups(), film.light_groups());
   count_ = film.light_groups().size();

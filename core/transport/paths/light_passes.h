@@ -16,9 +16,10 @@ PathShares shares_of(const Bsdf& bsdf, const PathShares& scattered);
 class LightPasses {
  public:
   LightPasses() = default;
-  LightPasses(const Scene& scene, const Film& film);
+  /// `finds_direct`: the integrator adds all light of "Direct Halves" by the passes of its paths.
+  LightPasses(const Scene& scene, const Film& film, bool finds_direct = false);
   /// Whether the film separates light.
-  bool any() const { return parts_wanted_ || !shown_.empty(); }
+  bool any() const { return parts_wanted_ || direct_wanted_ || !shown_.empty(); }
   /// Number of the groups of the scene; 0 if no pass shows one.
   int group_count() const { return int(shown_.size()); }
 
@@ -50,7 +51,7 @@ class LightPasses {
  private:
   std::vector<int> shown_;  ///< of each group of the scene: its pass; -1: none
   size_t count_ = 0;        ///< of groups that the film shows
-  bool parts_wanted_ = false;
+  bool parts_wanted_ = false, direct_wanted_ = false;
   SampleParts parts_;
 };
 

@@ -107,12 +107,13 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
   const HitWeight weight_of_hit{scene_, direct_, media, walk, origin};
   const auto add = [&](Color light, bool of_environment) {
     (specular ? seen : radiance) += light;
+    if (!specular && !in_media_) direct_paths_ += light;
     if (passes_) [[unlikely]]
       add_to_passes(light, point.ray_depth, of_environment);
   };
   alpha = 0.0f;
   seen = Color(0.0f);
-  polished_ = false;
+  polished_ = in_media_ = false;
   for (uint32_t vertex = 0;; ++vertex) {
     walk.trace();
     const auto add_met = [&](const LightMet& met) {
@@ -178,6 +179,8 @@ EyeMedia::Step PhotonGatherer::pass_media(EyeMedia& media, EyeWalk& walk, uint32
   const int bounces = walk.point.ray_depth;
   const EyeMedia::Step step = media.pass(walk, sampler_, dimension, may_scatter, beta, light, &alpha);
   radiance += light.sum();
+  if (!in_media_) direct_paths_ += light.sum();
+  in_media_ = in_media_ || walk.point.ray_depth > bounces;
   if (passes_) [[unlikely]]
     add_to_passes(light, bounces, walk.point.ray_depth);
   return step;
@@ -197,6 +200,7 @@ Color PhotonGatherer::at_seen(const ShadingPoint& point, const LobeSplit& split,
     SampledLight sampled;
     const Color light = beta * direct_light(point, *split.sharp(), place, sampler_, base + kSharpLight, &sampled);
     sum += light;
+    if (!in_media_) direct_paths_ += light;
     if (passes_) [[unlikely]]
       add_to_passes(light, point.ray_depth + 1, *split.sharp(), point, sampled.wi);
   }
@@ -208,7 +212,8 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, co
   const auto [sampler, dimension] = numbers;
   const bool separates = passes_ && depth == 0 && point.ray_depth == 0;
   SampledLight sampled;
-  Color sum = direct_light(point, rough, place, sampler, dimension, &sampled);
+  Color sum = direct_light(point, rough, place, sampler, dimension, &sampled), direct_gathered(0.0f);
+  const Color direct_sampled = sum;
   if (separates) [[unlikely]]
     add_to_passes(throughput * sum, 1, rough, point, sampled.wi);
   if (log_ && depth == 0 && (pixel_ + index_) % uint32_t(log_->stride[ArrivalMap::kSeen]) == 0)
@@ -255,6 +260,7 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, co
     logs_ = logs;
     const Color direct = weight * arriving.direct, indirect = weight * arriving.scattered, found = direct + indirect;
     gathered += found;
+    direct_gathered += direct;
     if (separates) [[unlikely]] {
       const Color share = throughput / float(rays);
       add_to_passes(share * direct, 1, rough, point, sample->wi);
@@ -266,6 +272,7 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, co
                                  arriving.distance > 0.0f ? 1.0f / arriving.distance : 0.0f, luminance(found), pdf_bsdf,
                                  guided.kind()});
   }
+  if (depth == 0 && !in_media_) direct_paths_ += throughput * (direct_sampled + direct_gathered / float(rays));
   return sum + gathered / float(rays);
 }
 

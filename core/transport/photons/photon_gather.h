@@ -62,6 +62,7 @@ class PhotonGatherer {
     index_ = index;
     logs_ = log_ != nullptr;
     first_ = {};
+    direct_paths_ = Color(0.0f);
     if (passes_) passes_->begin();
     sampler_.start(pixel, index);
     return sampler_;
@@ -89,6 +90,8 @@ class PhotonGatherer {
 
   /// Whether the first bounces of the last camera ray were at delta lobes.
   bool polished() const { return polished_; }
+  /// Light of the last camera ray by paths LS*E and L(D)S*E, with sharp lobes S, without what trace calls `seen`.
+  Color direct_paths() const { return direct_paths_; }
   uint64_t rays() const { return rays_; }
   uint64_t gathered() const { return gathered_; }
   uint64_t from_sites() const { return from_sites_; }
@@ -160,8 +163,10 @@ class PhotonGatherer {
   /// Lookups are logged. Chains know no walks below surfaces, so that lookups behind them are not (path_photons.h).
   bool logs_ = false;
   bool log_only_ = false, polished_ = false;
+  bool in_media_ = false;  ///< a volume has scattered the camera ray
   LightPasses* passes_ = nullptr;
   PathPasses first_;  ///< by the first scattering of the camera ray
+  Color direct_paths_{0.0f};
   const GuideTree* guide_ = nullptr;
   std::vector<GuideSample>* guide_samples_ = nullptr;
   uint32_t guide_stride_ = 1;

@@ -310,6 +310,51 @@ TEST(Denoise, negative_light_is_kept) {
   for (const float v : denoise(dark, halves, kWidth, kHeight, dark_blur).image) EXPECT_NEAR(v, -0.5f, 1e-5f);
 }
 
+// The part with less noise keeps its edges, because it is denoised alone.
+TEST(Denoise, direct_light_is_denoised_apart) {
+  std::vector<float> direct = truth(), rest(kValues, 0.3f);
+  std::vector<float> clean(kValues);
+  for (size_t i = 0; i < kValues; ++i) clean[i] = direct[i] + rest[i];
+  double apart = 0.0, together = 0.0;
+  for (uint64_t seed = 1; seed <= 4; ++seed) {
+    const Rendered one = rendered(direct, 1024, seed), two = rendered(rest, 4, 100 + seed);
+    Rendered sum = one;
+    for (size_t i = 0; i < sum.halves.size(); ++i) sum.halves[i] += two.halves[i];
+    for (size_t i = 0; i < kValues; ++i) sum.image[i] += two.image[i];
+    const Denoised separated = denoise({sum.image, sum.halves, one.halves, kWidth, kHeight}, dark_blur);
+    apart += relative_error(separated.image, clean);
+    together += relative_error(denoise(sum.image, sum.halves, kWidth, kHeight, dark_blur).image, clean);
+    EXPECT_EQ(separated.error.size(), kValues / 3);
+  }
+  EXPECT_LT(apart, 0.9 * together);
+  // Direct halves that an integrator does not know change nothing.
+  const Rendered r = rendered(clean, 16, 5);
+  const std::vector<float> unknown(2 * kValues, std::nanf(""));
+  EXPECT_EQ(denoise({r.image, r.halves, unknown, kWidth, kHeight}, dark_blur).image,
+            denoise(r.image, r.halves, kWidth, kHeight, dark_blur).image);
+}
+
+TEST(Denoise, separated_parts_converge_and_keep_their_energy) {
+  const std::vector<float> direct = truth(), rest(kValues, 0.3f);
+  std::vector<float> clean(kValues);
+  for (size_t i = 0; i < kValues; ++i) clean[i] = direct[i] + rest[i];
+  double before = 1e9;
+  for (const int samples : {16, 256, 4096}) {
+    const Rendered one = rendered(direct, samples, 1), two = rendered(rest, samples, 2);
+    Rendered sum = one;
+    for (size_t i = 0; i < sum.halves.size(); ++i) sum.halves[i] += two.halves[i];
+    for (size_t i = 0; i < kValues; ++i) sum.image[i] += two.image[i];
+    const Denoised result = denoise({sum.image, sum.halves, one.halves, kWidth, kHeight}, dark_blur);
+    const double error = relative_error(result.image, clean);
+    EXPECT_LT(error, before) << samples;
+    EXPECT_LT(error, 1.02 * relative_error(sum.image, clean) + 1e-9) << samples;
+    if (samples > 16) {
+      EXPECT_NEAR(sum_of(result.image) / sum_of(sum.image), 1.0, 0.005) << samples;
+    }
+    before = error;
+  }
+}
+
 }  // namespace
 
 }  // namespace ajar::test_denoise

@@ -35,9 +35,9 @@ TEST(FilmSums, a_pair_is_the_exact_sum_rounded_in_any_order) {
   }
 }
 
-const std::vector<std::string> kPasses{"Combined", "Halves",  "Variance",         "Depth",
-                                       "Normal",   "Mist",    "Albedo",           "DiffDir",
-                                       "DiffCol",  "IndexOB", "Denoising Albedo", "Sample Count"};
+const std::vector<std::string> kPasses{
+    "Combined", "Halves",  "Variance",         "Depth",        "Normal",   "Mist",     "Albedo",       "DiffDir",
+    "DiffCol",  "IndexOB", "Denoising Albedo", "Sample Count", "GlossInd", "GlossCol", "Direct Halves"};
 
 /// A film with the samples [first, end).
 std::unique_ptr<Film> film_of(uint32_t first, uint32_t end) {
@@ -60,13 +60,20 @@ std::unique_ptr<Film> film_of(uint32_t first, uint32_t end) {
         aux.guide_albedo = Color(v[8]);
         SampleParts parts;
         parts.direct[0] = Color(v[9], v[10], v[11]);
-        parts.color[0] = Color(0.1f, 0.2f, 0.3f);
+        parts.color[0] = parts.color[1] = Color(0.1f, 0.2f, 0.3f);
         // The first sample of one pixel is refused.
         const bool refused = i == 0 && x == 1 && y == 2;
         const bool added = film.add_sample(x, y, refused ? Color(kInfinity) : Color(v[12], v[13], v[14]), 0.3f, &aux);
         EXPECT_NE(added, refused);
-        if (added) film.add_parts(x, y, parts);
-        film.add_splat(1 + int(i % 3), 2, Color(std::abs(v[15]), 1e-9f, 1e7f), i & 1);
+        if (added) {
+          film.add_parts(x, y, parts);
+          film.add_direct(x, y, Color(v[12], v[9], v[10]));
+        }
+        PathPasses passes;
+        passes.part = PathPasses::Part::Indirect;
+        passes.shares = {Color(0.5f), Color(0.5f), Color(0.0f)};
+        passes.is_direct = i % 3 == 0;
+        film.add_splat(1 + int(i % 3), 2, Color(std::abs(v[15]), 1e-9f, 1e7f), i & 1, passes);
       }
   const double mean = film.sample_counts().mean;
   film.end_splats(mean > 0.0 ? 1.0 / mean : 0.0);

@@ -66,4 +66,57 @@ INSTANTIATE_TEST_SUITE_P(All, HalvesOf, testing::Values("path", "bdpt", "erpt", 
 
 }  // namespace
 
+// In a diffuse room, direct halves have the light that is left with no bounce after the first surface.
+TEST(DirectHalves, have_the_light_of_direct_paths) {
+  SceneDescription d = grey_room();
+  d.settings.width = d.settings.height = 24;
+  add_object(d, cube(), add_diffuse(d, Color(0.2f), Color(2.0f, 1.0f, 0.5f)), moved(Vec3(0.3f, 0.2f, -0.4f), 0.2f));
+  d.lights.push_back(area_lamp(Vec3(0.1f, 0.1f, 0.95f), Vec3(0, 0, -1), 0.5f, 8.0f));
+  const auto scene = build(d);
+  d.settings.bounces.total = 0;
+  const auto alone = build(d);
+  const std::atomic<bool> stop{false};
+  const auto sums_of = [&](const std::shared_ptr<const Scene>& of, const char* name, uint32_t seed) {
+    const auto integrator = make_integrator(name);
+    Film film(0, 0, d.settings.width, d.settings.height, {"Combined", "Halves", "Direct Halves"});
+    integrator->prepare(of, seed);
+    integrator->run_iteration(film, 64, stop);
+    const auto direct = film.resolve("Direct Halves", 1.0f), halves = film.resolve("Halves", 1.0f);
+    double of_direct = 0.0, of_all = 0.0;
+    for (size_t i = 0; i < direct.size(); ++i) of_direct += double(direct[i]), of_all += double(halves[i]);
+    return std::pair(of_direct, of_all);
+  };
+  for (const IntegratorInfo& info : integrator_list()) {
+    const std::string name = info.name;
+    if (info.automatic) continue;
+    if (name != "path" && name != "bdpt" && name != "photon_map" && name != "mps") {
+      EXPECT_TRUE(std::isnan(sums_of(scene, info.name, 1).first)) << name;
+      continue;
+    }
+    const auto [direct, all] = sums_of(scene, info.name, 1);
+    const double expected = sums_of(alone, "path", 2).second;
+    EXPECT_NEAR(direct, expected, 0.01 * expected) << name;
+    EXPECT_LT(direct, 0.9 * all) << name;
+  }
+}
+
+// Also at mirrors and in glass, for integrators that know the same classes of paths.
+TEST(DirectHalves, of_bidirectional_path_tracing_are_those_of_path_tracing) {
+  SceneDescription d = grey_room();
+  d.settings.width = d.settings.height = 24;
+  add_object(d, sphere(), add_glass(d, 0.0f), moved(Vec3(0.3f, 0.2f, -0.4f), 0.4f));
+  d.lights.push_back(area_lamp(Vec3(0.1f, 0.1f, 0.95f), Vec3(0, 0, -1), 0.5f, 8.0f));
+  const auto scene = build(d);
+  const std::atomic<bool> stop{false};
+  double sums[2] = {0.0, 0.0};
+  for (int k = 0; k < 2; ++k) {
+    const auto integrator = make_integrator(k == 0 ? "path" : "bdpt");
+    Film film(0, 0, d.settings.width, d.settings.height, {"Combined", "Halves", "Direct Halves"});
+    integrator->prepare(scene, 3);
+    integrator->run_iteration(film, 256, stop);
+    for (const float v : film.resolve("Direct Halves", 1.0f)) sums[k] += double(v);
+  }
+  EXPECT_NEAR(sums[0], sums[1], 0.01 * sums[0]);
+}
+
 }  // namespace ajar::test_halves
