@@ -37,15 +37,21 @@ std::vector<float> halves_of(const std::optional<Floats>& array, size_t height, 
   return copy_numbers(*array);
 }
 
-py::object denoised(const Floats& image, const std::optional<Floats>& halves, const std::optional<Floats>& albedo,
-                    const std::optional<Floats>& normal, DenoiseQuality quality, int threads,
-                    const Cancellation* cancellation, const std::optional<Floats>& direct_halves) {
+/// Arrays of the passes that a denoiser uses besides the image, or None.
+struct Passes {
+  const std::optional<Floats>&halves, &direct_halves, &albedo, &normal;
+};
+
+py::object denoised(const Floats& image, const Passes& passes, DenoiseQuality quality, int threads,
+                    const Cancellation* cancellation) {
   if (image.ndim() != 3 || image.shape(2) < 3)
     throw py::value_error("image must be an array [height, width, 3 or more], not " + shape_text(image));
   const size_t height = size_t(image.shape(0)), width = size_t(image.shape(1)), channels = size_t(image.shape(2));
-  std::vector<float> color = rgb_of(image, height, width, "image"), both = halves_of(halves, height, width, "halves"),
-                     direct = halves_of(direct_halves, height, width, "direct_halves"),
-                     guides[] = {rgb_of(albedo, height, width, "albedo"), rgb_of(normal, height, width, "normal")};
+  std::vector<float> color = rgb_of(image, height, width, "image"),
+                     both = halves_of(passes.halves, height, width, "halves"),
+                     direct = halves_of(passes.direct_halves, height, width, "direct_halves"),
+                     guides[] = {rgb_of(passes.albedo, height, width, "albedo"),
+                                 rgb_of(passes.normal, height, width, "normal")};
   std::vector<float> result = copy_numbers(image);
   std::vector<float> error;
   const Cancellation never;
@@ -95,9 +101,15 @@ void bind_denoise(py::module_& module) {
   module.def("denoiser_version", &OpenImageDenoise::version,
              "The version of Open Image Denoise, such as \"2.5.1\"; \"\" before `load_denoiser`.");
   module.def(
-      "denoise", &denoised, py::arg("image"), py::arg("halves") = py::none(), py::arg("albedo") = py::none(),
-      py::arg("normal") = py::none(), py::arg("quality") = DenoiseQuality::High, py::arg("threads") = 0,
-      py::arg("cancellation") = py::none(), py::arg("direct_halves") = py::none(),
+      "denoise",
+      [](const Floats& image, const std::optional<Floats>& halves, const std::optional<Floats>& albedo,
+         const std::optional<Floats>& normal, DenoiseQuality quality, int threads, const Cancellation* cancellation,
+         const std::optional<Floats>& direct_halves) {
+        return denoised(image, {halves, direct_halves, albedo, normal}, quality, threads, cancellation);
+      },
+      py::arg("image"), py::arg("halves") = py::none(), py::arg("albedo") = py::none(), py::arg("normal") = py::none(),
+      py::arg("quality") = DenoiseQuality::High, py::arg("threads") = 0, py::arg("cancellation") = py::none(),
+      py::arg("direct_halves") = py::none(),
       "Return (image, error). The image has no noise, float32[height, width, channels]; its error is None or "
       "float32[height, width], an estimate of the relMSE of each pixel, which needs `halves`. image: "
       "float32[height, width, 3 or more], linear; only the first three channels change. halves: the pass "

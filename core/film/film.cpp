@@ -407,6 +407,28 @@ std::vector<float> Film::resolve_caught(const std::string& pass, float exposure,
   return out;
 }
 
+/// A pass that is_part_pass knows, of one pixel.
+void Film::resolve_part(const std::string& pass, size_t index, double exposure, float out[3]) const {
+  const PartsPixel& parts = parts_[index];
+  const size_t indirect = pass.ends_with("Ind") ? 1 : 0;
+  const size_t kind = pass.starts_with("Diff") ? 0 : pass.starts_with("Gloss") ? 1 : 2;
+  const double scale = pixels_[index].count > 0 ? 1.0 / double(pixels_[index].count) : 0.0;
+  for (int c = 0; c < 3; ++c) {
+    const double color = parts.color[kind][c];
+    if (pass == "Emit" || pass == "Env")
+      out[c] = float((pass == "Emit" ? parts.emission : parts.environment)[c] * scale * exposure);
+    else if (pass.starts_with("Volume"))
+      out[c] = float((parts.volume[indirect][c] * scale + splatted_part(6 + indirect, index, c)) * exposure);
+    else if (pass.ends_with("Col"))
+      out[c] = float(color * scale);
+    else
+      out[c] = color > 0.0 ? float(((indirect ? parts.indirect : parts.direct)[kind][c] +
+                                    splatted_part(kind + 3 * indirect, index, c) / scale) /
+                                   color * exposure)
+                           : 0.0f;
+  }
+}
+
 std::vector<float> Film::resolve(const std::string& pass, float exposure) const {
   const size_t channels = size_t(channels_of_pass(pass));
   if (channels == 0) throw std::invalid_argument("Unknown pass '" + pass + "'.");
@@ -418,8 +440,6 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
     return out;
   const bool is_extra = ExtraPasses::makes(pass);
   const int group = index_of_name(light_groups(), light_group_of(pass));
-  const size_t indirect = pass.ends_with("Ind") ? 1 : 0;
-  const size_t kind = pass.starts_with("Diff") ? 0 : pass.starts_with("Gloss") ? 1 : 2;
   std::vector<float> variance;
   if (pass == "Variance" || pass == "Error" || pass == "Perceptual Error") variance = variance_of_mean();
   const int share = index_of_name(kShares, pass);
@@ -460,21 +480,7 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
     } else if (pass == "IndexOB" || pass == "IndexMA") {
       o[0] = pass == "IndexOB" ? aux_[i].object_index : aux_[i].material_index;
     } else if (is_part_pass(pass)) {
-      const PartsPixel& parts = parts_[i];
-      for (int c = 0; c < 3; ++c) {
-        const double color = parts.color[kind][c];
-        if (pass == "Emit" || pass == "Env")
-          o[c] = float((pass == "Emit" ? parts.emission : parts.environment)[c] * scale * double(exposure));
-        else if (pass.starts_with("Volume"))
-          o[c] = float((parts.volume[indirect][c] * scale + splatted_part(6 + indirect, i, c)) * double(exposure));
-        else if (pass.ends_with("Col"))
-          o[c] = float(color * scale);
-        else
-          o[c] = color > 0.0 ? float(((indirect ? parts.indirect : parts.direct)[kind][c] +
-                                      splatted_part(kind + 3 * indirect, i, c) / scale) /
-                                     color * double(exposure))
-                             : 0.0f;
-      }
+      resolve_part(pass, i, double(exposure), o);
     } else {
       const AuxPixel& a = aux_[i];
       const double* source = pass == "Normal"             ? a.normal

@@ -268,6 +268,7 @@ class Film {
   void sums_around(const std::vector<float>& image, int y, std::vector<double>& columns,
                    std::vector<double>& sums) const;
   ErrorEstimate estimated_error_of_few() const;
+  void resolve_part(const std::string& pass, size_t index, double exposure, float out[3]) const;
   std::vector<float> resolve_caught(const std::string& pass, float exposure, size_t channels) const;
   ErrorEstimate error_from_pictures(const Remembered& one, const Remembered& two, uint32_t samples) const;
   static double scatter_variance(const Pixel& pixel);
