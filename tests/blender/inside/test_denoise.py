@@ -20,7 +20,7 @@ class Library:
     def monotonic(self) -> float:
         return self.now
 
-    def denoise(self, color, halves, albedo, normal, quality, threads, cancellation=None):
+    def denoise(self, color, halves, albedo, normal, quality, threads, cancellation=None, direct_halves=None):
         pixels = color.shape[0] * color.shape[1]
         noisy = np.mean((halves[..., :3] - halves[..., 3:]) ** 2) > 0.02
         self.now += FIXED + PER_PIXEL * pixels * (1.5 if noisy else 1.0) + (1.0 if self.calls == 0 else 0.0)
@@ -39,8 +39,8 @@ def library(monkeypatch):
 
 def test_the_quality_takes_a_small_part_of_the_time_limit():
     pixels = 432 * 324
-    assert [denoise.quality_within(pixels, limit, 2) for limit in (1.0, 4.0, 60.0)] == [Quality.Fast, Quality.Balanced, Quality.High]
-    assert denoise.quality_within(1920 * 1080, 4.0, 2) == Quality.Fast
+    assert [denoise.quality_within(pixels, limit, 2) for limit in (1.0, 4.0, 10.0, 60.0)] == [Quality.Fastest, Quality.Fast, Quality.Balanced, Quality.High]
+    assert denoise.quality_within(1920 * 1080, 4.0, 2) == Quality.Fastest
     assert denoise.quality_within(pixels, 4.0, 64) == Quality.High
 
 
@@ -56,7 +56,7 @@ def test_the_time_of_denoising_is_that_of_a_noisy_image_and_costs_little_to_find
 def test_the_time_of_a_large_image_is_learned_and_that_of_a_small_one_is_not(library):
     def picture(side: int) -> dict[str, np.ndarray]:
         found = {name: np.full((side, side, 3), 0.5, dtype=np.float32) for name in denoise.NEEDED}
-        return found | {passes.COMBINED.name: np.full((side, side, 4), 0.5, dtype=np.float32), passes.HALVES: np.full((side, side, 6), 0.5, dtype=np.float32)}
+        return found | {passes.COMBINED.name: np.full((side, side, 4), 0.5, dtype=np.float32), **{name: np.full((side, side, 6), 0.5, dtype=np.float32) for name in (passes.HALVES, passes.DIRECT_HALVES)}}
 
     for side in (16, 200):
         work = denoise.Background(picture(side), Quality.High, 2)
