@@ -96,7 +96,7 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     viewport_samples: inherited.integer("viewport_samples", "Viewport Samples", "Samples per pixel in the rendered 3D view", 1024, "preview_samples",
                            1, 2**24)
     viewport_integrator: bpy.props.EnumProperty(name="Viewport Integrator", description="Rendering technique of the rendered 3D view",
-                                                items=core_settings.integrator_items(), default="path")
+                                                items=core_settings.integrator_items(), default="auto")
     time_limit: core_settings.definition("time_limit", "time_limit")
     noise_target: core_settings.definition(
         "noise_target", precision=5, step=0.1, **inherited.accessors("noise_target", 0.0, "adaptive_threshold", read=inherited.noise_of_cycles))

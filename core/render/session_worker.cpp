@@ -178,7 +178,12 @@ void SessionWorker::use_path_tracing_where_others_fail(Job& job) {
   replaced_because_ = job.description ? path_tracing_only(*job.description)
                                       : path_tracing_only(state_.lock()->scene.get(), job.camera, settings);
   if (replaced_because_.empty()) return;
-  replaced_integrator_ = find_integrator(settings.integrator).label;
+  const IntegratorInfo& asked = find_integrator(settings.integrator);
+  if (asked.automatic)  // path tracing is one of its choices
+    state_.lock()->technique_steps = {
+        {"technique", true, "path tracing: the others do not render " + replaced_because_, ""}};
+  else
+    replaced_integrator_ = asked.label;
   settings.integrator = "path";
 }
 

@@ -169,7 +169,7 @@ void BidirectionalWalks::merge(const WalkVertex& at, int i) {
   merged_ += light;
   if (!passes.any()) [[likely]]
     return;
-  passes.add(passes.of_media(i + 1, first_), light);
+  passes.add(passes.part_of(i + 1, first_), light);
   for (int g = 0; g < passes.group_count(); ++g)
     passes.add(passes.of_group(g), at.beta * merging->radiance_of_group(at.vertex, i, g));
 }
@@ -178,7 +178,7 @@ void BidirectionalWalks::merge(const WalkVertex& at, int i) {
 void BidirectionalWalks::add_glow(Color light, int bounces) {
   glow_ += light;
   if (passes.any()) [[unlikely]]
-    passes.add(passes.of_media(bounces, first_), light);
+    passes.add(passes.part_of(bounces, first_), light);
 }
 
 PathPasses BidirectionalWalks::passes_of(const FoundPath& path) const {

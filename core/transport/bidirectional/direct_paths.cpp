@@ -204,7 +204,7 @@ class DirectTracer {
     const Color light = beta * merging_->radiance(vertex_, i);
     found_.merged += light;
     if (!passes_) return;
-    passes_->add(passes_->of_media(i + 1, first), light);
+    passes_->add(passes_->part_of(i + 1, first), light);
     for (int g = 0; g < passes_->group_count(); ++g)
       passes_->add(passes_->of_group(g), beta * merging_->radiance_of_group(vertex_, i, g));
   }

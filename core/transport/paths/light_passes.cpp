@@ -72,7 +72,7 @@ PathPasses LightPasses::scattered(const Bsdf& bsdf, const PathShares& light_of_k
 }
 
 PathPasses LightPasses::of(const Scene& scene, const PathVertex& light, int bounces, const PathPasses& first) const {
-  PathPasses passes = of_media(bounces, first);
+  PathPasses passes = part_of(bounces, first);
   if (!shown_.empty()) {
     const int group = light_group_of(scene, light);
     if (group >= 0) passes.group = shown_[size_t(group)];
@@ -92,7 +92,7 @@ PathPasses LightPasses::of(const Scene& scene, const Path& path) const {
             scattered_at(vertex, path.to_eye(first), path.to_light(first), vertex.specular));
 }
 
-PathPasses LightPasses::of_media(int bounces, const PathPasses& first) const {
+PathPasses LightPasses::part_of(int bounces, const PathPasses& first) const {
   PathPasses passes;
   if (!parts_wanted_) return passes;
   passes = first;

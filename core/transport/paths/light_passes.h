@@ -33,9 +33,10 @@ class LightPasses {
   /// Of a path whose `first` is that of scattered_at; not used if nothing scatters.
   PathPasses of(const Scene& scene, const PathVertex& light, int bounces, const PathPasses& first) const;
   PathPasses of(const Scene& scene, const Path& path) const;
-  /// Light that is in no group: emission of media after `bounces` scattering events.
-  PathPasses of_media(int bounces, const PathPasses& first) const;
-  /// Light of this group of the scene.
+  /// The part alone, of light that is in no group (emission of media) or whose group is added otherwise. `bounces`: number
+  /// of scattering events.
+  PathPasses part_of(int bounces, const PathPasses& first) const;
+  /// The group alone, by its index in the scene.
   PathPasses of_group(int group) const;
 
   /// Starts a sample.

@@ -224,7 +224,7 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, co
     sum += caustic;
     if (separates) [[unlikely]]
       passes_->add(
-          passes_->of_media(2, LightPasses::scattered(rough, maps_.caustic.radiance_of_kinds(point, rough, lookup))),
+          passes_->part_of(2, LightPasses::scattered(rough, maps_.caustic.radiance_of_kinds(point, rough, lookup))),
           throughput * caustic);
   }
   Color gathered(0.0f);
@@ -374,7 +374,7 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
 }
 
 void PhotonGatherer::add_to_passes(Color light, int bounces, bool of_environment) {
-  PathPasses passes = passes_->of_media(bounces, first_);
+  PathPasses passes = passes_->part_of(bounces, first_);
   if (of_environment) passes.part = PathPasses::Part::Environment;
   passes_->add(passes, light);
 }
@@ -389,7 +389,7 @@ void PhotonGatherer::add_to_passes(const EyeMedia::Light& light, int before, int
 void PhotonGatherer::add_to_passes(Color light, int bounces, const Bsdf& bsdf, const ShadingPoint& point, Vec3 wi) {
   if (is_black(light)) return;
   const bool is_first = point.ray_depth == 0;
-  passes_->add(passes_->of_media(bounces, is_first ? LightPasses::scattered_by(bsdf, point.wo, wi) : first_), light);
+  passes_->add(passes_->part_of(bounces, is_first ? LightPasses::scattered_by(bsdf, point.wo, wi) : first_), light);
 }
 
 bool PhotonGatherer::find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading) {
