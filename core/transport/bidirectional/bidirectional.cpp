@@ -185,7 +185,7 @@ PathPasses BidirectionalWalks::passes_of(const FoundPath& path) const {
   const PathEdge& edge = connections_[size_t(&path - found_.data())];
   const int bounces = path.s + path.t - (path.s == 0 ? 1 : 2);
   PathPasses first = first_;
-  if (path.t == 1) {
+  if (path.t == 1 && path.s > 0) {
     const PathVertex& vertex = light_[size_t(path.s - 1)].vertex;
     first = passes.scattered_at(vertex, edge.to_eye, vertex.point.wo, false);
   } else if (path.t == 2 && path.s > 0) {

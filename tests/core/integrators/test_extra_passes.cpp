@@ -275,6 +275,7 @@ std::vector<TransportScene> scenes_with_parts() {
   SceneDescription& d = scenes.back().description;
   add_object(d, cube(), add_diffuse(d, Color(0.2f), Color(2.0f, 1.0f, 0.5f)), moved(Vec3(-0.1f, -0.4f, -0.4f), 0.1f));
   add_object(d, sphere(), add_glossy(d, 0.3f), moved(Vec3(0.6f, -0.3f, -0.2f), 0.3f));
+  add_object(d, plane(0.3f), add_glass(d, 0.4f), shining(Vec3(-0.4f, -0.8f, 0.3f), Vec3(0.0f, 0.8f, 0.6f)));
   for (const TransportScene& scene : feature_scenes())
     if (scene.name == "volume_in_glass" || scene.name == "uneven_smoke") scenes.push_back(scene);
   return scenes;
@@ -313,15 +314,20 @@ TEST(LightParts, techniques_find_the_parts_of_path_tracing) {
       const IntegratorInfo& integrator = integrator_list()[t];
       if (!integrator.knows_parts || integrator.automatic || std::string(integrator.name) == "path") continue;
       if (is_left_out(s, t)) continue;
-      auto found = means_of_parts(d, integrator.name, 200, 8);
-      const double blur = integrator.gathers_photons ? 0.02 : 0.0;
+      const bool photons = integrator.gathers_photons;
+      SceneDescription same = d;
+      same.settings.samples = photons ? 8 : 64;
+      same.settings.photons = 4000;
+      auto found = means_of_parts(same, integrator.name, 200, 8);
+      const double blur = photons ? 0.02 : 0.0;
       for (const auto& [name, theirs] : expected) {
         const RunningMoments& ours = found[name];
         const double error = std::sqrt(ours.variance_of_mean() + theirs.variance_of_mean());
         EXPECT_NEAR(ours.mean(), theirs.mean(), 4.0 * error + blur * theirs.mean() + 1e-4 * image)
             << scenes[s].name << " " << integrator.name << " " << name << " of " << image << ", error " << error;
-        if (theirs.mean() > 0.1 * image) {
-          EXPECT_LT(error, 0.03 * theirs.mean())
+        // With volumes, single parts are too noisy for a short test.
+        if (theirs.mean() > 0.1 * image && !build(d)->has_media()) {
+          EXPECT_LT(error, (photons ? 0.06 : 0.03) * theirs.mean())
               << scenes[s].name << " " << integrator.name << " " << name << " inconclusive";
         }
       }

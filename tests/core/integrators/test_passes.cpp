@@ -137,8 +137,9 @@ TEST(Passes, integrators_without_light_passes_report_it) {
     return count;
   };
   EXPECT_EQ(said(render_passes(d, {"DiffDir", "Emit"})), 0);
-  EXPECT_EQ(said(render_passes(d, {"DiffDir", "Emit"}, "bdpt")), 1);
-  EXPECT_EQ(said(render_passes(d, {"Depth"}, "bdpt")), 0);
+  EXPECT_EQ(said(render_passes(d, {"DiffDir", "Emit"}, "bdpt")), 0);
+  EXPECT_EQ(said(render_passes(d, {"DiffDir", "Emit"}, "irradiance_cache")), 1);
+  EXPECT_EQ(said(render_passes(d, {"Depth"}, "irradiance_cache")), 0);
   d.settings.direct = DirectMethod::Ris;
   EXPECT_EQ(said(render_passes(d, {"DiffDir", "Emit"})), 1);
 }
