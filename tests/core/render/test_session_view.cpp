@@ -261,8 +261,8 @@ TEST(SessionView, a_still_view_of_hidden_light_is_rendered_by_the_technique_of_a
     ASSERT_FALSE(session.wait(0.01));
   }
   EXPECT_GE(most, 2.0);
-  EXPECT_NE(session.statistics_json().find("trial of photon mapping"), std::string::npos);
   const ViewPicture changed = next_picture(session);
+  EXPECT_NE(session.statistics_json().find("trial of photon mapping"), std::string::npos);
   EXPECT_EQ(changed.not_denoised, "");
   EXPECT_EQ(changed.divider, 1);
   // The choice is remembered, and navigation is path traced again.
