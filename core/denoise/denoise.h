@@ -22,7 +22,7 @@
 //
 // Light that is found directly has another kind of noise than the rest: little noise, with edges of shadows. If the
 // render separates it ("Direct Halves" of film.h), both parts are denoised and combined apart, and added. This takes
-// twice the time, and its error is up to a quarter smaller (docs/research/denoising.md).
+// twice the time, and the error is usually a tenth to a quarter smaller (docs/research/denoising.md).
 //
 // Single pixels that are far brighter than all their neighbours, and bright in one half only, are darkened before the
 // denoiser sees them, unless there are many of them around. They stay in N: coarse planes return their energy where it is

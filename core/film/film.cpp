@@ -254,7 +254,8 @@ void Film::add_parts(int x, int y, const SampleParts& parts) {
 void Film::add_direct(int x, int y, Color light) {
   const size_t index = index_of(x, y);
   const bool odd = (first_sample_ + pixels_[index].count - 1) & 1;  // the count includes this sample
-  direct_known_.store(true, std::memory_order_relaxed);
+  // All threads share this flag: written once, it stays in their caches.
+  if (!direct_known_.load(std::memory_order_relaxed)) direct_known_.store(true, std::memory_order_relaxed);
   if (lost_) [[unlikely]] {
     add_direct_exactly(index, odd, light);
     return;

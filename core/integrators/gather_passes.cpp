@@ -172,7 +172,7 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
           gatherer.guide(&guide_, guide_samples_.empty() ? nullptr : &guide_samples_[number], guide_stride);
         if (arrivals_) gatherer.log_arrivals(&logs[number], only_arrivals);
         LightPasses passes(*scene_, film);
-        if (passes.any() && !only_arrivals) gatherer.separate(&passes);
+        if (film.wants_light_parts() && !only_arrivals) gatherer.separate(&passes);
         for (int y = row * kTile; y < std::min((row + 1) * kTile, height); ++y) {
           for (int x = column * kTile; x < std::min((column + 1) * kTile, width); ++x) {
             const int px = film.x0() + x, py = film.y0() + y;

@@ -1,5 +1,7 @@
 #include "transport/paths/light_passes.h"
 
+#include <utility>
+
 #include "scene/pass_names.h"
 #include "transport/paths/eye_history.h"
 
@@ -107,8 +109,10 @@ PathPasses LightPasses::of_group(int group) const {
 }
 
 void LightPasses::begin() {
+  std::vector<Color> groups = std::move(parts_.groups);  // keeps its memory
+  groups.assign(count_, Color(0.0f));
   parts_ = {};
-  parts_.groups.assign(count_, Color(0.0f));
+  parts_.groups = std::move(groups);
 }
 
 void LightPasses::add(const SampleParts& other) {

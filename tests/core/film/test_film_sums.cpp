@@ -39,8 +39,8 @@ const std::vector<std::string> kPasses{
     "Combined", "Halves",  "Variance",         "Depth",        "Normal",   "Mist",     "Albedo",       "DiffDir",
     "DiffCol",  "IndexOB", "Denoising Albedo", "Sample Count", "GlossInd", "GlossCol", "Direct Halves"};
 
-/// A film with the samples [first, end).
-std::unique_ptr<Film> film_of(uint32_t first, uint32_t end) {
+/// A film with the samples [first, end). `narrow`: all radiances have the same magnitude.
+std::unique_ptr<Film> film_of(uint32_t first, uint32_t end, bool narrow = false) {
   auto made = std::make_unique<Film>(1, 2, 4, 4, kPasses);
   Film& film = *made;
   film.begin_at(first);
@@ -50,7 +50,9 @@ std::unique_ptr<Film> film_of(uint32_t first, uint32_t end) {
     for (int x = 1; x < 4; ++x)
       for (uint32_t i = first; i < end; ++i) {
         EXPECT_EQ(film.samples_of(x, y), i);
-        const std::vector<float> v = wild_numbers(16, uint32_t(x) + 10 * uint32_t(y) + 100 * i);
+        std::vector<float> v = wild_numbers(16, uint32_t(x) + 10 * uint32_t(y) + 100 * i);
+        int exponent;
+        for (size_t k = 12; narrow && k < 15; ++k) v[k] = std::frexp(v[k], &exponent);
         SampleAux aux;
         aux.depth = v[0];
         aux.normal = Vec3(v[1], v[2], v[3]);
@@ -107,6 +109,14 @@ TEST(FilmSums, parts_of_the_samples_add_up_to_all_of_them_bit_for_bit) {
     for (const std::string& pass : kPasses) EXPECT_EQ(read.resolve(pass, 1.5f), whole.resolve(pass, 1.5f)) << pass;
     EXPECT_EQ(read.estimated_relmse(), whole.estimated_relmse());
   }
+}
+
+TEST(FilmSums, parts_add_up_in_all_words_also_of_the_squares_of_luminances) {
+  const FilmSums whole = film_of(0, 60, true)->sums();
+  FilmSums sums = film_of(0, 7, true)->sums();
+  sums.add(film_of(7, 21, true)->sums());
+  sums.add(film_of(21, 60, true)->sums());
+  EXPECT_TRUE(sums == whole);
 }
 
 TEST(FilmSums, a_film_keeps_them_only_if_it_is_asked) {

@@ -96,4 +96,22 @@ TEST(CaughtLight, other_techniques_are_replaced_by_path_tracing_and_say_so) {
   EXPECT_TRUE(told);
 }
 
+// Path tracing is one of the choices of `auto`: the plan says why, and there is nothing to warn of.
+TEST(CaughtLight, auto_renders_shadow_catchers_by_path_tracing_without_a_warning) {
+  for (const char* integrator : {"auto", "bdpt"}) {
+    SceneDescription d = floor_with_ball(true);
+    d.settings.integrator = integrator;
+    d.settings.samples = 1;
+    Session session;
+    session.start(std::move(d));
+    ASSERT_TRUE(session.wait(kHang));
+    const bool is_auto = std::string(integrator) == "auto";
+    EXPECT_EQ(session.statistics_json().find("path tracing: the others do not render") != std::string::npos, is_auto);
+    bool warned = false;
+    for (const Diagnostic& diagnostic : session.diagnostics())
+      warned |= diagnostic.message.find("is rendered by Path Tracing") != std::string::npos;
+    EXPECT_EQ(warned, !is_auto);
+  }
+}
+
 }  // namespace ajar::test_caught_light
