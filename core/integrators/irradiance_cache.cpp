@@ -370,7 +370,7 @@ class IrradianceCache final : public Integrator {
                             float& alpha) const {
     Color through(1.0f);
     EyeMedia::Light found;
-    const EyeMedia::Step step = media.pass(walk, sampler, dimension, !light.at_bounce_limit, through, found, &alpha);
+    const EyeMedia::Step step = media.pass(walk, {sampler, dimension, !light.at_bounce_limit}, through, found, &alpha);
     light.radiance += light.beta * found.sum();
     light.beta *= through;
     light.to_lights *= through;

@@ -168,17 +168,18 @@ class PathTracer final : public Integrator {
   void render_samples(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) {
     samples_done_ += uint32_t(samples_per_pixel);
     tbb::combinable<PathCounters> counters;
+    const bool guided = guide_ && guide_->active();
     const auto with = [&](const auto& direct_light, auto parts) {
+      using P = decltype(parts);
       if constexpr (std::is_same_v<std::decay_t<decltype(direct_light)>, MisDirectLight>) {
         if (media_) {
-          render_with<decltype(parts), InMedia>(direct_light, Unguided(), film, stop, counters);
+          guided ? render_with<P, InMedia>(direct_light, Guided(), film, stop, counters)
+                 : render_with<P, InMedia>(direct_light, Unguided(), film, stop, counters);
           return;
         }
       }
-      if (guide_ && guide_->active())
-        render_with<decltype(parts), NoMedia>(direct_light, Guided{}, film, stop, counters);
-      else
-        render_with<decltype(parts), NoMedia>(direct_light, Unguided(), film, stop, counters);
+      guided ? render_with<P, NoMedia>(direct_light, Guided(), film, stop, counters)
+             : render_with<P, NoMedia>(direct_light, Unguided(), film, stop, counters);
     };
     const bool direct = film.wants_direct();
     if (mixture_)

@@ -220,7 +220,9 @@ class PathWalk {
     if (point.ray_depth == 0) alpha_ += luminance(scattered ? before : before - beta_);
     record_medium(ray.direction, before, beta_, scattered, aux_);
     if (!(largest(beta_) > 0.0f)) return Step::End;
+    if constexpr (kGuided) guided_.unguided_beta *= largest(beta_) / largest(before);
     if (!scattered) return Step::GoOn;
+    if constexpr (kGuided) guided_.note_arrival(place);
     medium_.chosen_from = sampled.chosen_from;
     return scatter_in_medium(at, phase, place) ? Step::Traced : Step::End;
   }
@@ -232,24 +234,30 @@ class PathWalk {
     sampler_.set_dimension(base + D::kLobe);
     const float u_lobe = at.lobe_count > 1 ? sampler_.get_1d() : 0.0f;
     sampler_.set_dimension(base + D::kDirection);
-    const Vec3 wi = phase.sample(walk_.ray.direction, u_lobe, sampler_.get_2d());
-    const float cosine = glm::dot(walk_.ray.direction, wi), pdf = phase.pdf_solid_angle(cosine);
-    beta_ *= phase.evaluate(cosine) / pdf;
+    const Vec2 u = sampler_.get_2d();
+    PhaseSample sample;
+    if constexpr (kGuided) {
+      sampler_.set_dimension(base + D::kGuide);
+      sample = sample_phase_guided(phase, walk_.ray.direction, guide_.tree, place, 1.0f - guided_.plain,
+                                   {sampler_.get_1d(), u_lobe, u});
+      guided_.note_scattering(guide_, place, sample, radiance_, luminance(beta_));
+    } else {
+      sample = sample_phase(phase, walk_.ray.direction, u_lobe, u);
+    }
+    beta_ *= sample.value / sample.pdf;
     note_rough(true);
     ++point.ray_depth;
     at_bounce_limit_ = point.ray_depth > settings_.bounces.total || ++medium_.depth > settings_.bounces.volume;
     point.ray_kind = kRayVolumeScatter;
-    if (point.ray_depth > kSafeBounces &&
-        !survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base + D::kRoulette, beta_))
-      return false;
+    if (point.ray_depth > kSafeBounces && !survives_roulette(base)) return false;
     previous_ = DirectVertex();
-    previous_.bsdf_pdf = pdf;
+    previous_.bsdf_pdf = sample.pdf_phase;
     previous_.position = place;
     previous_.receiver_set = medium_.media.receiver_set(medium_.stack);
     medium_.chose = true;
     Ray next;
     next.origin = place;
-    next.direction = wi;
+    next.direction = sample.wi;
     next.time = walk_.ray.time;
     walk_.ray = next;
     return true;
@@ -299,7 +307,7 @@ class PathWalk {
   [[gnu::always_inline]] bool enter_surface() {
     ShadingPoint& point = walk_.point;
     SurfaceShading& shading = walk_.shading;
-    if constexpr (kGuided) guided_.note_distance(walk_.hit.t);
+    if constexpr (kGuided) guided_.note_arrival(point.position);
     base_ = D::kCamera + D::kVertex * uint32_t(vertex_++);
     if (!shading.bsdf.has_subsurface() || at_bounce_limit_ || !point.mesh->has_triangles())
       return true;  // hair and points have no interior: subsurface scattering is diffuse there
@@ -369,7 +377,7 @@ class PathWalk {
     at_bounce_limit_ = past_limits(point, settings_.bounces);
     // At the limit only lights would count, and light sampling has counted them already.
     if (at_bounce_limit_ && here.complete && !sample->specular && start_.ends_early) return false;
-    if (point.ray_depth > kSafeBounces && !survives_roulette()) return false;
+    if (point.ray_depth > kSafeBounces && !survives_roulette(base_)) return false;
     if constexpr (kMedia) medium_.chose = false;
     previous_ = here;
     previous_.bsdf_pdf = sample->specular ? 0.0f : sample->pdf_solid_angle;
@@ -415,12 +423,12 @@ class PathWalk {
 
   /// The survival probability follows from the throughput without the guide. A direction that the guide prefers has a
   /// high density and therefore a low throughput, although much light comes from it.
-  [[gnu::always_inline]] bool survives_roulette() {
+  [[gnu::always_inline]] bool survives_roulette(uint32_t base) {
     if constexpr (kGuided)
-      return survives(std::min(1.0f, std::sqrt(guided_.unguided_beta)), sampler_, base_ + D::kRoulette, beta_,
+      return survives(std::min(1.0f, std::sqrt(guided_.unguided_beta)), sampler_, base + D::kRoulette, beta_,
                       guided_.unguided_beta);
     else
-      return survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base_ + D::kRoulette, beta_);
+      return survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base + D::kRoulette, beta_);
   }
 
   /// Weights are negative where majorants are exceeded.

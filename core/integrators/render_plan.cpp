@@ -215,16 +215,13 @@ class Planner {
     const bool asked = settings_.guiding != Guiding::Off;
     const bool few = settings_.samples != 0 && settings_.samples <= kMinSamplesToMeasure;
     plan_.guiding = settings_.guiding;
-    if (plan_.media || (settings_.guiding == Guiding::Auto && few)) plan_.guiding = Guiding::Off;
+    if (settings_.guiding == Guiding::Auto && few) plan_.guiding = Guiding::Off;
     add("path guiding", plan_.guiding != Guiding::Off,
         !asked                           ? "not asked for"
-        : plan_.media                    ? "there are volumes"
         : plan_.guiding == Guiding::Off  ? "too few samples to learn from"
         : plan_.guiding == Guiding::Auto ? "a measurement during the render decides"
                                          : "asked for",
-        "a tree over the scene, and a mixture of lobes at each surface");
-    if (plan_.media && settings_.guiding == Guiding::On)
-      plan_.warnings.emplace_back("There are volumes: paths are not guided.");
+        "a tree over the scene, and a mixture of lobes at each surface and in volumes");
   }
 
   void choose_photons() {

@@ -181,8 +181,10 @@ void use_mean_gain(PilotNoise& after, const PilotNoise& after_first, const Pilot
 }
 
 /// Predictions for a render with `samples_asked` samples. The first pilot is that of path tracing.
-std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const RenderSettings& asked,
-                                      const RenderSettings& small, double samples_asked) {
+std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Tried& tried, const RenderSettings& small,
+                                      double samples_asked) {
+  const RenderSettings& asked = tried.asked;
+  const bool in_media = tried.scene->has_media();
   std::vector<const PilotImages*> pictures;
   pictures.reserve(pilots.size());
   for (const Pilot& pilot : pilots) pictures.push_back(&pilot);
@@ -222,8 +224,9 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
     if (!candidate.unbiased) trials[k].bias = bias_of(pilots[k], pilots[calmest], light, small.width, small.height);
     const double longer = std::max(1.0, rays_asked / (pilots[k].rays * candidate.ray_cost * pixels / few));
     const double crowded = candidate.spreads ? crowding(few) / crowding(pixels) : 1.0;
-    const double noise_left = candidate.tail / (longer * crowded),
-                 bias_left = trials[k].bias * std::pow(longer, kBiasRate);
+    // No photons are stored in volumes: their light is path traced.
+    const double tail = candidate.photons && in_media ? std::max(candidate.tail, kPath.tail) : candidate.tail;
+    const double noise_left = tail / (longer * crowded), bias_left = trials[k].bias * std::pow(longer, kBiasRate);
     trials[k].cost = {noise_left * shown[k].whole + bias_left, noise_left * shown[k].typical + bias_left};
   }
   return trials;
@@ -262,7 +265,7 @@ Trials run_trials(const Tried& tried, std::span<const Candidate* const> candidat
   for (const Candidate* candidate : candidates) {
     pilots.push_back(run_pilot(*candidate, tried, small, stop));
     if (stop.load()) break;
-    all.trials = trials_of(pilots, asked, small, samples_asked);
+    all.trials = trials_of(pilots, tried, small, samples_asked);
     if (pilots.size() == 1) {
       unfound = all.trials[0].relmse + unlit_share(*tried.scene, pilots[0]);
       all.finds_light = unfound < kEasyRelmse;

@@ -15,8 +15,7 @@ Color EyeMedia::to_lamp(const EyeWalk& walk, const LightMet& met) {
                                      state_->counters);
 }
 
-EyeMedia::Step EyeMedia::pass(EyeWalk& walk, Sampler& sampler, uint32_t dimension, bool may_scatter, Color& beta,
-                              Light& light, float* alpha) {
+EyeMedia::Step EyeMedia::meet(EyeWalk& walk, const Along& how, Color& beta, Light& light, float* alpha) {
   if (!state_) return Step::Surface;
   State& s = *state_;
   const Ray& ray = walk.ray;
@@ -25,11 +24,20 @@ EyeMedia::Step EyeMedia::pass(EyeWalk& walk, Sampler& sampler, uint32_t dimensio
   if (!s.stack.empty()) {
     const Color before = beta;
     const MediaRay along{s.stack, ray, walk.found() ? walk.hit.t : kInfinity, point, point.ray_kind};
-    MediaEvent event;
-    may_scatter &= !at_limit();
+    MediaEvent& event = s.event = {};
+    const bool may_scatter = how.may_scatter && !at_limit(), uniform = s.media.is_uniform(along, event.at, s.counters),
+               lit = !only_emission_ && scene_.lights().can_choose(), thorough = how.thorough && uniform;
+    MediumLight sampled;
+    const auto context = [&](const PhaseFunction& phase) {
+      return MediumLightContext<State>{scene_, s, ray, point, phase, how.sampler, how.dimension + (thorough ? 2 : 0),
+                                       rays_};
+    };
+    if (thorough && lit && may_scatter && event.at.scatters())
+      light.scattered += estimate_direct_along(context(phase()), along.t_end, event.at, beta, sampled);
     bool scattered;
-    if (s.media.is_uniform(along, event.at, s.counters)) {
-      const Vec2 u(s.rng.next_float(), s.rng.next_float());
+    if (uniform) {
+      how.sampler.set_dimension(how.dimension);
+      const Vec2 u = thorough ? how.sampler.get_2d() : Vec2(s.rng.next_float(), s.rng.next_float());
       scattered = s.media.scatter_uniform(along, may_scatter, u, beta, event);
     } else {
       scattered = s.media.scatter_varying(along, may_scatter, s.rng, beta, event, s.counters);
@@ -38,34 +46,11 @@ EyeMedia::Step EyeMedia::pass(EyeWalk& walk, Sampler& sampler, uint32_t dimensio
     if (alpha && point.ray_depth == 0) *alpha += luminance(scattered ? before : before - beta);
     if (!(max_component(glm::abs(beta)) > 0.0f)) return Step::End;
     if (scattered) {
-      const PhaseFunction phase(event.at);
       place_ = ray.origin + event.t * ray.direction;
-      MediumLight sampled;
-      if (!only_emission_ && scene_.lights().can_choose())
-        light.scattered += beta * estimate_direct_at(MediumLightContext<State>{scene_, s, ray, point, phase, sampler,
-                                                                               dimension, rays_},
-                                                     place_, sampled);
-      const float u_lobe = s.rng.next_float();
-      const Vec3 wi = phase.sample(ray.direction, u_lobe, Vec2(s.rng.next_float(), s.rng.next_float()));
-      const float cosine = glm::dot(ray.direction, wi);
-      pdf_ = phase.pdf_solid_angle(cosine);
-      beta *= phase.evaluate(cosine) / pdf_;
-      ++point.ray_depth;
-      ++depth_;
-      point.ray_kind = kRayVolumeScatter;
-      if (point.ray_depth > kFreeScattering) {
-        const float survival = std::min(1.0f, std::sqrt(max_component(glm::abs(beta))));
-        if (!(s.rng.next_float() < survival)) return Step::End;
-        beta /= survival;
-      }
-      chose_ = true;
+      if (lit && !thorough) light.scattered += beta * estimate_direct_at(context(phase()), place_, sampled);
+      chosen_from_ = lit ? sampled.chosen_from : place_;
       receiver_set_ = s.media.receiver_set(s.stack);
-      Ray next;
-      next.origin = place_;
-      next.direction = wi;
-      next.time = ray.time;
-      walk.ray = next;
-      return Step::Traced;
+      return Step::Scattered;
     }
   }
   if (!walk.found()) return Step::Surface;
@@ -75,6 +60,34 @@ EyeMedia::Step EyeMedia::pass(EyeWalk& walk, Sampler& sampler, uint32_t dimensio
   s.media.cross(walk.hit, !point.backfacing, s.stack, s.counters);
   walk.pass_uncounted();
   return Step::Traced;
+}
+
+bool EyeMedia::scatter(EyeWalk& walk, Color& beta) {
+  Pcg32& rng = state_->rng;
+  const float u_lobe = rng.next_float(), ux = rng.next_float(), uy = rng.next_float();
+  const PhaseSample sample = sample_direction(walk, {guide_ ? rng.next_float() : 0.0f, u_lobe, {ux, uy}});
+  beta *= sample.value / sample.pdf;
+  leave_along(walk, sample);
+  if (walk.point.ray_depth > kFreeScattering) {
+    const float survival = std::min(1.0f, std::sqrt(max_component(glm::abs(beta))));
+    if (!(rng.next_float() < survival)) return false;
+    beta /= survival;
+  }
+  return true;
+}
+
+void EyeMedia::leave_along(EyeWalk& walk, const PhaseSample& sample) {
+  pdf_ = sample.pdf_phase;
+  plain_ *= sample.pdf_phase / sample.pdf;
+  ++walk.point.ray_depth;
+  ++depth_;
+  walk.point.ray_kind = kRayVolumeScatter;
+  chose_ = true;
+  Ray next;
+  next.origin = place_;
+  next.direction = sample.wi;
+  next.time = walk.ray.time;
+  walk.ray = next;
 }
 
 void EyeMedia::leave(const EyeWalk& walk, Vec3 direction) {

@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "transport/direct/media_light.h"
+#include "transport/guiding/guided_phase.h"
 #include "transport/media/path_media.h"
 #include "transport/paths/eye_walk.h"
 
@@ -16,7 +17,8 @@ namespace ajar {
 
 class EyeMedia {
  public:
-  enum class Step : uint8_t { Surface, Traced, End };  ///< Traced: the walk has a new ray
+  /// Traced: the walk has a new ray. Scattered: `scatter` chooses it.
+  enum class Step : uint8_t { Surface, Traced, Scattered, End };
   /// Light that media emit along a ray, and light of lamps that they scatter into it once.
   struct Light {
     Color emitted{0.0f}, scattered{0.0f};
@@ -28,6 +30,7 @@ class EyeMedia {
     MediaCounters& counters;
     Pcg32 rng;
     MediaStack stack;
+    MediaEvent event = {};  ///< the last one
   };
 
   /// `media`: null for none. `stack`: of the first ray; `seed`: of the random numbers.
@@ -46,17 +49,49 @@ class EyeMedia {
   void count_only_emission() { only_emission_ = true; }
   /// Transmittance to a lamp that the present ray meets.
   Color to_lamp(const EyeWalk& walk, const LightMet& met);
+  /// Input of `pass`. `may_scatter`: no bounce limit is reached. The dimensions from `dimension` on are for direct light.
+  /// `thorough`: where no medium varies, direct light is estimated whether or not the walk scatters, and the distance is
+  /// stratified by two dimensions before those of direct light.
+  struct Along {
+    Sampler& sampler;
+    uint32_t dimension;
+    bool may_scatter, thorough = false;
+  };
+  static constexpr uint32_t kDimensions = 2 + kMediumLightDimensions;
   /// What happens between the walk's last vertex and its next surface, after EyeWalk::trace. `beta`: throughput. Adds to
-  /// `light` what media emit and scatter. `may_scatter`: no bounce limit is reached. Direct light uses the dimensions
-  /// from `dimension` on.
-  Step pass(EyeWalk& walk, Sampler& sampler, uint32_t dimension, bool may_scatter, Color& beta, Light& light,
-            float* alpha = nullptr);
+  /// `light` what media emit and scatter.
+  Step pass(EyeWalk& walk, const Along& along, Color& beta, Light& light, float* alpha = nullptr) {
+    const Step step = meet(walk, along, beta, light, alpha);
+    if (step != Step::Scattered) return step;
+    return scatter(walk, beta) ? Step::Traced : Step::End;
+  }
+  /// The same, but the direction in which the walk goes on where a medium scatters it is left to `scatter`.
+  Step meet(EyeWalk& walk, const Along& along, Color& beta, Light& light, float* alpha = nullptr);
+  /// The walk goes on from where it was scattered. False if roulette ends it.
+  bool scatter(EyeWalk& walk, Color& beta);
+  /// From now on, the directions of `scatter` are also chosen by a guide; null: none.
+  void guide(const GuideTree* tree) { guide_ = tree; }
+  /// Where the walk was scattered.
+  Vec3 place() const { return place_; }
+  /// Whether the limits allow that surfaces or media scatter light which the walk meets after it goes on from there.
+  bool may_scatter_again(const EyeWalk& walk) const {
+    const BounceLimits& limits = scene_.settings().bounces;
+    return walk.point.ray_depth < limits.total && depth_ < limits.volume;
+  }
+  /// Samples a direction there. `scatter` does the same with numbers of its own.
+  PhaseSample sample_direction(const EyeWalk& walk, const PhaseNumbers& numbers) const {
+    return sample_phase_guided(phase(), walk.ray.direction, guide_, place_, 1.0f - plain_, numbers);
+  }
+  /// The walk goes on in the direction of `sample`.
+  void leave_along(EyeWalk& walk, const PhaseSample& sample);
+  /// For a copy: other random numbers.
+  void reseed(uint64_t seed) { state_->rng = Pcg32(seed, 0x65796d64U); }
   /// The walk leaves the surface at walk.point along `direction`, which passes to the other side or not.
   void leave(const EyeWalk& walk, Vec3 direction);
   /// Whether a phase function chose the present direction, and the weight of a light that it hits.
   bool chose_direction() const { return chose_; }
   float weight_of_hit(const EyeWalk& walk, uint32_t light, Vec3 position, Vec3 normal) const {
-    return weight_of_hit_in_medium(scene_, {place_, place_, pdf_, receiver_set_, walk.ray.time}, light,
+    return weight_of_hit_in_medium(scene_, {place_, chosen_from_, pdf_, receiver_set_, walk.ray.time}, light,
                                    walk.ray.direction, position, normal);
   }
   /// A surface has chosen the direction.
@@ -65,14 +100,18 @@ class EyeMedia {
   bool at_limit() const { return depth_ > scene_.settings().bounces.volume; }
 
  private:
+  PhaseFunction phase() const { return PhaseFunction(state_->event.at); }
+
   const Scene& scene_;
   uint64_t& rays_;
   std::optional<State> state_;
   int depth_ = 0, bounds_ = 0;
   bool chose_ = false, only_emission_ = false;
   float pdf_ = 0.0f;
+  float plain_ = kPlainShareOfPaths;  ///< probability that phase functions alone chose the directions, given these
   uint32_t receiver_set_ = kEveryLight;
-  Vec3 place_{0.0f};
+  Vec3 place_{0.0f}, chosen_from_{0.0f};
+  const GuideTree* guide_ = nullptr;
 };
 
 /// What an estimate of direct light needs besides its context.

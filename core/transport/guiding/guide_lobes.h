@@ -16,17 +16,18 @@
 
 namespace ajar {
 
-/// Class of a surface. Surfaces differ in how well their BSDF alone samples the light, so each class has its own share.
-enum class GuideKind : uint8_t { Diffuse, Rough, Glossy };
-constexpr int kGuideKinds = 3;
+/// Class of a surface, or a volume. Surfaces differ in how well their BSDF alone samples the light, so each class has its
+/// own share. In volumes, the phase function takes the place of the BSDF.
+enum class GuideKind : uint8_t { Diffuse, Rough, Glossy, Volume };
+constexpr int kGuideKinds = 4;
 
 /// Light that arrived at a position from direction wi. Directions without light are not stored. Light that the density
 /// cannot represent does not count.
 struct GuideSample {
-  Vec3 position, normal, wi;
-  float inverse_distance;  ///< 1 / distance to the point that sent the light
-  float weight;            ///< luminance of f_cos L / pdf
-  float pdf_bsdf;          ///< density of wi by the BSDF, without delta lobes
+  Vec3 position, normal, wi;  ///< normal: 0 in a volume
+  float inverse_distance;     ///< 1 / distance to the point that sent the light
+  float weight;               ///< luminance of f_cos L / pdf
+  float pdf_bsdf;             ///< density of wi by the BSDF, without delta lobes
   GuideKind kind;
   uint32_t pixel = 0, index = 0;  ///< pixel and number of the path that found it
 };

@@ -76,7 +76,7 @@ void GuideTree::learn(const std::vector<GuideSample>& samples, float past_share)
   std::vector<uint32_t> leaf_of(samples.size());
   tbb::parallel_for(tbb::blocked_range<size_t>(0, samples.size(), 4096), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t i = range.begin(); i != range.end(); ++i) {
-      uint32_t node = 0;
+      uint32_t node = root_of(samples[i]);
       while (nodes_[node].axis >= 0)
         node = nodes_[node].child + (coordinate(samples[i], nodes_[node].axis) >= nodes_[node].split ? 1 : 0);
       leaf_of[i] = node;

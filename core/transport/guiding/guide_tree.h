@@ -2,7 +2,7 @@
 //
 // A cell is a box in position and normal. All its points receive similar light, so the distribution can include the
 // cosine. Cells are divided at the mean of their samples: by normals as long as these differ much, otherwise by the
-// widest axis of position. The guide is trained between iterations, from samples in a fixed order, each cell
+// widest axis of position. Volumes have cells of their own, by position alone. The guide is trained between iterations, from samples in a fixed order, each cell
 // separately. So the tree does not depend on the number of threads.
 #pragma once
 
@@ -24,12 +24,8 @@ class GuideTree {
   explicit GuideTree(float width_prior = kWidthPriorOfPaths) : width_prior_(width_prior) {}
 
   /// Returns null if nothing is known.
-  const GuideDistribution* find(Vec3 position, Vec3 normal) const {
-    const float at[6] = {position.x, position.y, position.z, normal.x, normal.y, normal.z};
-    const Node* node = nodes_.data();
-    while (node->axis >= 0) node = nodes_.data() + node->child + (at[node->axis] >= node->split ? 1 : 0);
-    return node->child != 0 ? &cells_[node->child - 1].distribution : nullptr;
-  }
+  const GuideDistribution* find(Vec3 position, Vec3 normal) const { return find(kSurfaces, position, normal); }
+  const GuideDistribution* find_in_volume(Vec3 position) const { return find(kVolumes, position, Vec3(0.0f)); }
 
   /// A training step from `samples`. Earlier samples count with the factor `past_share`.
   void learn(const std::vector<GuideSample>& samples, float past_share = kPastShare);
@@ -46,6 +42,14 @@ class GuideTree {
     GuideDistribution distribution;
     float past_share = 0.0f;
   };
+  static constexpr uint32_t kSurfaces = 0, kVolumes = 1;  ///< roots
+  static uint32_t root_of(const GuideSample& sample) { return sample.kind == GuideKind::Volume ? kVolumes : kSurfaces; }
+  const GuideDistribution* find(uint32_t root, Vec3 position, Vec3 normal) const {
+    const float at[6] = {position.x, position.y, position.z, normal.x, normal.y, normal.z};
+    const Node* node = nodes_.data() + root;
+    while (node->axis >= 0) node = nodes_.data() + node->child + (at[node->axis] >= node->split ? 1 : 0);
+    return node->child != 0 ? &cells_[node->child - 1].distribution : nullptr;
+  }
   void divide(uint32_t leaf, const GuideSample** begin, const GuideSample** end, int depth);
 
  public:
@@ -55,7 +59,7 @@ class GuideTree {
 
  private:
   float width_prior_;
-  std::vector<Node> nodes_{Node{}};
+  std::vector<Node> nodes_{Node{}, Node{}};
   std::vector<Cell> cells_;
   struct Task {
     uint32_t cell;

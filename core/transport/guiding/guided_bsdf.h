@@ -27,6 +27,9 @@
 
 namespace ajar {
 
+/// Probability e_0 of paths without a guide. It bounds the density of all paths from below.
+constexpr float kPlainShareOfPaths = 0.25f;
+
 class GuidedBsdf {
  public:
   /// Prepares the mixture. There is no guide if `tree` is null or knows nothing here. `trust` is 1 - e_k.

@@ -27,6 +27,7 @@
 
 #include "transport/guiding/guide_tree.h"
 #include "transport/guiding/guided_bsdf.h"
+#include "transport/guiding/guided_phase.h"
 
 namespace ajar {
 
@@ -38,9 +39,7 @@ struct Unguided {
 /// Directions by BSDF and guide. If there is a list, the samples of the path are recorded in it.
 struct Guided {
   static constexpr bool kGuided = true;
-  /// Probability e_0 of paths that the BSDF alone samples. It bounds the density of all paths from below
-  /// (guided_bsdf.h).
-  static constexpr float kPlainShare = 0.25f;
+  static constexpr float kPlainShare = kPlainShareOfPaths;
   /// What a guided walk says about an unguided one. For both, the second moment is an expectation over guided walks:
   /// E[guided^2], and E[share * unguided^2].
   struct Outcome {
@@ -73,14 +72,27 @@ struct GuidedPath {
   static constexpr float kNever = 1e-16f;  ///< directions with a smaller `plain` do not occur without the guide
   OpenVertex open[kMaxOpenVertices];
   int open_count = 0;
-  void note_distance(float t) {
-    if (open_count > 0 && open[open_count - 1].sample.inverse_distance == 0.0f)
-      open[open_count - 1].sample.inverse_distance = 1.0f / t;
+  /// The direction of the last vertex has reached `place`.
+  void note_arrival(Vec3 place) {
+    if (open_count == 0 || open[open_count - 1].sample.inverse_distance > 0.0f) return;
+    GuideSample& last = open[open_count - 1].sample;
+    last.inverse_distance = 1.0f / glm::length(place - last.position);
   }
   /// A direction whose density was `pdf`, and `pdf_bsdf` without the guide.
   void note_direction(float pdf_bsdf, float pdf) {
     last_ratio = pdf_bsdf / pdf;
     plain *= last_ratio;
+  }
+  /// A medium scatters the path towards `sample`, at `place`. `before`: its radiance so far, `beta`:
+  /// luminance of its throughput.
+  void note_scattering(const Guided& guide, Vec3 place, const PhaseSample& sample, Color before, float beta) {
+    if (guide.samples && open_count < kMaxOpenVertices)
+      open[open_count++] = {
+          {place, Vec3(0.0f), sample.wi, 0.0f, 0.0f, sample.pdf_phase, GuideKind::Volume, guide.pixel, guide.index},
+          before,
+          beta};
+    note_direction(sample.pdf_phase, sample.pdf);
+    unguided_beta *= max_component(sample.value) / sample.pdf_phase;
   }
   /// No direction was found. The guide's directions below the surface are not those of the BSDF.
   void note_failure(float u_guide, float u_lobe) {

@@ -37,7 +37,7 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
     walk.trace();
     if (media.active()) {
       EyeMedia::Light light;
-      const EyeMedia::Step step = media.pass(walk, sampler_, 0, !at_bounce_limit, beta, light);
+      const EyeMedia::Step step = media.pass(walk, {sampler_, 0, !at_bounce_limit}, beta, light);
       radiance += light.sum();
       if (step == EyeMedia::Step::End) break;
       at_bounce_limit = at_bounce_limit || past_limits(point, limits) || media.at_limit();

@@ -11,13 +11,15 @@ namespace {
 struct Events {
   glm::dvec3 rough{0.0}, sharp{0.0};
   bool continues = false;  ///< walks from the eye look up no photons here: all lobes are followed
+  bool gathers = false;    ///< a medium: gather rays start here, unless the walk is one already
 };
 
 /// `visibility`: of the light at the other end of the edge towards the light, else all.
 Events events_at(const Path& path, int i, uint32_t visibility) {
   const PathVertex& vertex = path.vertices[size_t(i)];
   const glm::dvec3 f(path.scattering[size_t(i)].f);
-  if (vertex.kind == VertexKind::Medium || on_strand_or_point(vertex.point)) return {f, glm::dvec3(0.0), true};
+  if (vertex.kind == VertexKind::Medium) return {f, glm::dvec3(0.0), true, true};
+  if (on_strand_or_point(vertex.point)) return {f, glm::dvec3(0.0), true};
   if (vertex.specular || !has_rough_lobe(vertex.shading.bsdf)) return {glm::dvec3(0.0), f};
   const LobeSplit split(vertex.shading.bsdf, path.to_eye(i));
   if (!split.sharp() || !split.sharp()->has_non_delta()) return {f, glm::dvec3(0.0)};
@@ -91,6 +93,10 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64
     const Events& e = events[size_t(i)];
     if (vertex.kind == VertexKind::Surface && vertex.shading.bsdf.has_subsurface() && !on_strand_or_point(vertex.point))
       break;
+    if (e.gathers) {
+      gathered += seen;
+      seen = glm::dvec3(0.0);
+    }
     if (e.continues) {
       gathered *= e.rough;
       seen *= e.rough;

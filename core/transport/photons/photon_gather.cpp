@@ -5,6 +5,7 @@
 
 #include "transport/media/subsurface_walk.h"
 #include "transport/paths/record.h"
+#include "transport/photons/gather_numbers.h"
 
 namespace ajar {
 
@@ -14,8 +15,6 @@ namespace {
 constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 12;
 /// Offsets at a vertex: direct light of the rough and of the sharp lobes, then the choices of the sharp lobes.
 constexpr uint32_t kRoughLight = 0, kSharpLight = 3, kLobe = 6, kRoulette = 9, kSubsurface = 10;
-/// Dimensions of the direction of a gather ray. A fixed number for each vertex of its chain follows.
-constexpr uint32_t kGatherDimensions = 4;
 /// In units of the global radius. A shorter gather ray ends near a corner, where the blur of the density estimate would
 /// show light from the other side of the corner. Light is gathered once more there.
 constexpr float kNear = 1.0f;
@@ -102,6 +101,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
   const SurfaceShading& shading = walk.shading;
   DirectVertex origin;
   EyeMedia media(scene_, media_, EyeMedia::around_camera(media_, ray), hash_combine(pixel_, index_), rays_);
+  media.guide(guide_);
   // In a scene with media, all light counts as radiance.
   bool at_bounce_limit = false, specular = !media.active();
   const HitWeight weight_of_hit{scene_, direct_, media, walk, origin};
@@ -122,8 +122,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     };
     walk.meet_lamps(add_met);
     if (media.active()) [[unlikely]] {
-      const uint32_t dimension = kCameraDimensions + kVertexDimensions * vertex + kRoughLight;
-      const auto step = pass_media(media, walk, dimension, !at_bounce_limit, beta, radiance, alpha);
+      const auto step = pass_media(media, walk, vertex, !at_bounce_limit, beta, radiance, alpha);
       if (step == EyeMedia::Step::End) break;
       at_bounce_limit = at_bounce_limit || past_limits(point, scene_.settings().bounces) || media.at_limit();
       if (step == EyeMedia::Step::Traced) continue;
@@ -171,19 +170,6 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     leave_along(media, walk, sample->wi);
   }
   return radiance;
-}
-
-EyeMedia::Step PhotonGatherer::pass_media(EyeMedia& media, EyeWalk& walk, uint32_t dimension, bool may_scatter,
-                                          Color& beta, Color& radiance, float& alpha) {
-  EyeMedia::Light light;
-  const int bounces = walk.point.ray_depth;
-  const EyeMedia::Step step = media.pass(walk, sampler_, dimension, may_scatter, beta, light, &alpha);
-  radiance += light.sum();
-  if (!in_media_) direct_paths_ += light.sum();
-  in_media_ = in_media_ || walk.point.ray_depth > bounces;
-  if (passes_) [[unlikely]]
-    add_to_passes(light, bounces, walk.point.ray_depth);
-  return step;
 }
 
 Color PhotonGatherer::at_seen(const ShadingPoint& point, const LobeSplit& split, const Place& place, Color beta,
@@ -238,16 +224,9 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, co
       own.start(hash_combine(pixel_, dimension), index_ * uint32_t(rays) + uint32_t(i));
       base = 0;
     }
-    own.set_dimension(base);
-    const float u_lobe = own.get_1d();
-    own.set_dimension(base + 1);
-    const Vec2 u = own.get_2d();
-    float u_guide = 0.0f, pdf_bsdf;
-    if (guided.guided()) {
-      own.set_dimension(base + 3);
-      u_guide = own.get_1d();
-    }
-    const auto sample = guided.sample(point.wo, u_guide, u_lobe, u, pdf_bsdf);
+    const GatherNumbers u(own, base, guided.guided());
+    float pdf_bsdf;
+    const auto sample = guided.sample(point.wo, u.guide, u.lobe, u.direction, pdf_bsdf);
     if (!sample || !(sample->pdf_solid_angle > 0.0f) || is_black(sample->f_cos)) continue;
     ++gathered_;
     const Color weight = sample->f_cos / sample->pdf_solid_angle;
@@ -266,14 +245,18 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, co
       add_to_passes(share * direct, 1, rough, point, sample->wi);
       add_to_passes(share * indirect, 2, rough, point, sample->wi);
     }
-    if (depth == 0 && guide_samples_ && luminance(found) > 0.0f &&
-        hash_combine(pixel_, index_ * uint32_t(rays) + uint32_t(i)) % guide_stride_ == 0)
-      guide_samples_->push_back({point.position, rough.n, sample->wi,
-                                 arriving.distance > 0.0f ? 1.0f / arriving.distance : 0.0f, luminance(found), pdf_bsdf,
-                                 guided.kind()});
+    if (depth == 0)
+      learn_from({point.position, rough.n, sample->wi, 0.0f, luminance(found), pdf_bsdf, guided.kind()},
+                 arriving.distance, index_ * uint32_t(rays) + uint32_t(i));
   }
   if (depth == 0 && !in_media_) direct_paths_ += throughput * (direct_sampled + direct_gathered / float(rays));
   return sum + gathered / float(rays);
+}
+
+void PhotonGatherer::learn_from(GuideSample sample, float distance, uint32_t number) {
+  if (!guide_samples_ || !(sample.weight > 0.0f) || hash_combine(pixel_, number) % guide_stride_ != 0) return;
+  if (distance > 0.0f) sample.inverse_distance = 1.0f / distance;
+  guide_samples_->push_back(sample);
 }
 
 MediaStack PhotonGatherer::stack_towards(const ShadingPoint& from, const Place& place, Vec3 direction) const {
@@ -295,20 +278,26 @@ Color PhotonGatherer::at_rough(const ShadingPoint& point, const Bsdf& rough, con
 
 PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, const Place& place, const BsdfSample& first,
                                                   float pdf_bsdf, Color throughput, int depth, Numbers numbers) {
-  const auto [sampler, dimension] = numbers;
-  const BounceLimits& limits = scene_.settings().bounces;
-  DirectVertex origin = origin_at(from, from.ns, pdf_bsdf);
-  Incoming result;
-  Color beta(1.0f), &radiance = result.scattered;
   EyeWalk walk(scene_, scene_.spawn_ray(from, first.wi), rays_, from);
   EyeMedia media(scene_, media_, stack_towards(from, place, first.wi),
-                 hash_combine(hash_combine(pixel_, index_), dimension + uint32_t(gathered_)), rays_);
+                 hash_combine(hash_combine(pixel_, index_), numbers.dimension + uint32_t(gathered_)), rays_);
+  media.guide(guide_);
+  count_bounce(first, from, walk.point);
+  return follow(walk, media, origin_at(from, from.ns, pdf_bsdf), throughput, depth, numbers);
+}
+
+PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, DirectVertex origin, Color throughput,
+                                                int depth, Numbers numbers) {
+  const auto [sampler, dimension] = numbers;
+  const BounceLimits& limits = scene_.settings().bounces;
+  Incoming result;
+  Color beta(1.0f), &radiance = result.scattered;
   ShadingPoint& point = walk.point;
   const SurfaceShading& shading = walk.shading;
-  count_bounce(first, from, point);
-  bool at_bounce_limit = past_limits(point, limits);
+  bool at_bounce_limit = past_limits(point, limits) || media.at_limit();
   const bool look_up = maps_.has_global || settings_.light_without_photons;
   const int first_depth = point.ray_depth;
+  const Vec3 start = walk.ray.origin;
   const auto emitted = [&]() -> Color& { return point.ray_depth == first_depth ? result.direct : radiance; };
   const HitWeight weight_of_hit{scene_, direct_, media, walk, origin};
   // Straight: no sharp bounce, after which light is a caustic of the map, unless media, hair or points scatter it.
@@ -320,23 +309,26 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
     const auto add_met = [&](const LightMet& met) {
       emitted() += beta * met.radiance * media.to_lamp(walk, met) * weight_of_hit(met.light, met.position, met.normal);
     };
-    if (vertex == 0 && walk.found()) result.distance = walk.hit.t;
     if (straight) walk.meet_lamps(add_met);
     if (media.active()) [[unlikely]] {
       EyeMedia::Light light;
       Color& emitted_here = emitted();
-      const EyeMedia::Step step = media.pass(walk, sampler, base + kRoughLight, !at_bounce_limit, beta, light);
+      const EyeMedia::Step step = media.pass(
+          walk, {sampler, kMediaDimensions + EyeMedia::kDimensions * base, !at_bounce_limit, true}, beta, light);
       emitted_here += light.emitted;
       radiance += light.scattered;
       if (step == EyeMedia::Step::End) break;
       at_bounce_limit = at_bounce_limit || media.at_limit();
       if (media.chose_direction()) straight = finds_all = true;
+      if (step == EyeMedia::Step::Traced && !(result.distance > 0.0f) && point.ray_depth > first_depth)
+        result.distance = glm::length(media.place() - start);
       if (step == EyeMedia::Step::Traced) continue;
     }
     if (straight && !walk.found()) walk.meet_distant(add_met);
     if (!walk.found()) break;
     walk.arrive();
     length += walk.hit.t;
+    if (!(result.distance > 0.0f)) result.distance = vertex == 0 ? length : glm::length(point.position - start);
     walk.shade();
     if (!is_black(shading.emission) && (straight || scene_.light_of(walk.hit) < 0))
       emitted() += beta * shading.emission * walk.emission_weight(weight_of_hit);
@@ -379,11 +371,11 @@ void PhotonGatherer::add_to_passes(Color light, int bounces, bool of_environment
   passes_->add(passes, light);
 }
 
-void PhotonGatherer::add_to_passes(const EyeMedia::Light& light, int before, int after) {
-  add_to_passes(light.emitted, before);
-  if (after == before) return;
-  if (before == 0) first_.part = PathPasses::Part::VolumeDirect;
-  add_to_passes(light.scattered, after);
+void PhotonGatherer::add_to_passes(const EyeMedia::Light& light, int bounces) {
+  add_to_passes(light.emitted, bounces);
+  PathPasses volume = first_;
+  if (bounces == 0) volume.part = PathPasses::Part::VolumeDirect;
+  passes_->add(passes_->part_of(bounces + 1, volume), light.scattered);
 }
 
 void PhotonGatherer::add_to_passes(Color light, int bounces, const Bsdf& bsdf, const ShadingPoint& point, Vec3 wi) {

@@ -8,6 +8,7 @@
 //   L D S* E               light sampled at the first rough vertex, combined by MIS with gather rays that hit the light
 //   L S+ D S* E            caustic map
 //   L (D|S)* D S* D S* E   gather rays through sharp chains to the next rough vertex, and the global map there
+// Where a volume scatters a camera ray, light is sampled and gather rays start, as at a rough surface.
 // Volumes that glow and surfaces that are not among the lights (hair, points) send no photons. Walks find
 // them: along the chains and gather rays above, and beyond by a path that goes on from the end of one gather ray of each
 // first surface in the mean.
@@ -111,9 +112,9 @@ class PhotonGatherer {
   Color direct_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
                      uint32_t dimension, SampledLight* sampled = nullptr);
   /// Adds light of a camera ray to its passes: after `bounces` scattering events of which the first has been noted; of
-  /// media, which scatter once more if `after` is larger than `before`; scattered from `wi` at `point`.
+  /// media after `bounces` events, which scatter it once or emit it; scattered from `wi` at `point`.
   void add_to_passes(Color light, int bounces, bool of_environment = false);
-  void add_to_passes(const EyeMedia::Light& light, int before, int after);
+  void add_to_passes(const EyeMedia::Light& light, int bounces);
   void add_to_passes(Color light, int bounces, const Bsdf& bsdf, const ShadingPoint& point, Vec3 wi);
   /// Direct light from lights that only some kinds of lobes see, which is in no map.
   Color partial_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
@@ -121,9 +122,11 @@ class PhotonGatherer {
   static std::optional<BsdfSample> sample_sharp(const Bsdf& sharp, Vec3 wo, Numbers numbers);
   /// At surfaces with subsurface scattering: goes below the surface, or stays. False if the walk is lost.
   bool below_surface(EyeWalk& walk, Numbers numbers, Color& beta);
-  /// Media along the present camera ray: adds their light.
-  EyeMedia::Step pass_media(EyeMedia& media, EyeWalk& walk, uint32_t dimension, bool may_scatter, Color& beta,
+  /// Media along the present camera ray: adds their light. `number`: of the ray. End: nothing more is found along it.
+  EyeMedia::Step pass_media(EyeMedia& media, EyeWalk& walk, uint32_t number, bool may_scatter, Color& beta,
                             Color& radiance, float& alpha);
+  /// Light that gather rays find from the place where a medium has scattered the camera ray, times `beta`.
+  Color gathered_in_medium(const EyeMedia& media, const EyeWalk& walk, Color beta, uint32_t number);
   /// Light that a surface which a camera ray has reached with the throughput `beta` scatters, without that which
   /// follows its sharp lobes further.
   Color at_seen(const ShadingPoint& point, const LobeSplit& split, const Place& place, Color beta, uint32_t base);
@@ -147,8 +150,12 @@ class PhotonGatherer {
   /// the ray reaches. `pdf_bsdf`: density of the sample's direction, for MIS with light sampling.
   Incoming incoming(const ShadingPoint& from, const Place& place, const BsdfSample& sample, float pdf_bsdf,
                     Color throughput, int depth, Numbers numbers);
+  /// The same along a walk that has just left a surface (with the light sampling of `origin`) or a point in a medium.
+  Incoming follow(EyeWalk& walk, EyeMedia& media, DirectVertex origin, Color throughput, int depth, Numbers numbers);
   /// Follows `ray` and sharp lobes to a rough surface.
   bool find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading);
+  /// Records what a gather ray, one of several and the `number`-th of the pixel, has found.
+  void learn_from(GuideSample sample, float distance, uint32_t number);
   void log_arrival(int place, const ShadingPoint& point, Color throughput);
   Color from_map(const ShadingPoint& point, const Bsdf& rough);
 

