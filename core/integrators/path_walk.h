@@ -307,7 +307,8 @@ class PathWalk {
   [[gnu::always_inline]] bool enter_surface() {
     ShadingPoint& point = walk_.point;
     SurfaceShading& shading = walk_.shading;
-    if constexpr (kGuided) guided_.note_arrival(point.position);
+    if constexpr (kGuided)
+      if (!shading.bsdf.is_clear()) guided_.note_arrival(point.position);
     base_ = D::kCamera + D::kVertex * uint32_t(vertex_++);
     if (!shading.bsdf.has_subsurface() || at_bounce_limit_ || !point.mesh->has_triangles())
       return true;  // hair and points have no interior: subsurface scattering is diffuse there

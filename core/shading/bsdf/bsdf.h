@@ -298,6 +298,12 @@ class Bsdf {
   std::array<Color, 3> albedo_of_kinds() const;
 
   Color transparency() const;  ///< sum of the weights of the Transparent lobes
+  /// Whether all light passes straight on.
+  bool is_clear() const {
+    for (int i = 0; i < lobe_count(); ++i)
+      if (lobe(i).kind != LobeKind::Transparent) return false;
+    return lobe_count() > 0;
+  }
   struct Portal {
     Vec3 position, direction;
   };

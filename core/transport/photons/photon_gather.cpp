@@ -328,8 +328,9 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     if (!walk.found()) break;
     walk.arrive();
     length += walk.hit.t;
-    if (!(result.distance > 0.0f)) result.distance = vertex == 0 ? length : glm::length(point.position - start);
     walk.shade();
+    if (!(result.distance > 0.0f) && !shading.bsdf.is_clear())
+      result.distance = vertex == 0 ? length : glm::length(point.position - start);
     if (!is_black(shading.emission) && (straight || scene_.light_of(walk.hit) < 0))
       emitted() += beta * shading.emission * walk.emission_weight(weight_of_hit);
     if (at_bounce_limit && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;

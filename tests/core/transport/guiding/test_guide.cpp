@@ -443,6 +443,14 @@ TEST(GuidedPaths, lower_the_variance_of_that_light_in_fog) {
   EXPECT_LT(path_variance(d, Guiding::On), 0.5 * path_variance(d, Guiding::Off));
 }
 
+/// The guide learns the distance to the wall, not that to the clear surface before it.
+TEST(GuidedPaths, lower_the_variance_of_that_light_behind_a_clear_surface) {
+  SceneDescription d = screened_room(24);
+  add_object(d, cube(), add_closure(d, "ShaderNodeBsdfTransparent", {value_input("Color", Vec4(1.0f))}),
+             moved(Vec3(0.0f), 0.98f));
+  EXPECT_LT(path_variance(d, Guiding::On), 0.5 * path_variance(d, Guiding::Off));
+}
+
 TEST(GuidedPaths, auto_does_not_follow_the_guide_where_it_gains_nothing) {
   // A convex object in a constant world, for which the BSDF is the best density.
   SceneDescription d;
