@@ -26,6 +26,7 @@ pytestmark = pytest.mark.skipif(shutil.which("Xvfb") is None, reason="needs Xvfb
 @pytest.fixture(scope="module")
 def edited(profile, display, tmp_path_factory):
     """The result of `window/edits.py`, and the folder of its images."""
+    assert STAND_IN.exists(), f"{STAND_IN} is not built: without it, the view has nothing to denoise with"
     folder = tmp_path_factory.mktemp("window")
     arguments = ["--python", f"{WINDOW}/drive.py", "--", f"{WINDOW}/edits.py", folder / "result.json", folder,
                  os.environ.get("AJAR_EDITS", "20"), os.environ.get("AJAR_SEED", "1")]
