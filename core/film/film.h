@@ -68,9 +68,7 @@ struct SampleParts {
   std::array<Color, 2> volume{Color(0.0f), Color(0.0f)};  ///< direct and indirect light that a volume scatters
   /// The light of each group whose pass is asked for; empty: none is.
   std::vector<Color> groups;
-  Color direct_paths{0.0f};           ///< for Film::add_direct
-  const int* shown_groups = nullptr;  ///< the index in `groups` of each light group of the scene; -1: no pass shows it
-  int group = -1;                     ///< index in `groups` of the light that is added next; -1: none
+  Color direct_paths{0.0f};  ///< for Film::add_direct
 };
 /// Whether a pass is made from SampleParts, which not all integrators provide.
 bool is_part_pass(const std::string& pass);

@@ -185,7 +185,7 @@ class PathTracer final : public Integrator {
     if (mixture_)
       direct ? with(*mixture_, DirectPart()) : with(*mixture_, NoParts());
     else if (film.wants_parts())
-      with(MisDirectLight(), SampleParts());
+      with(MisDirectLight(), LightPasses());
     else
       direct ? with(MisDirectLight(), DirectPart()) : with(MisDirectLight(), NoParts());
     counters.combine_each([&](const PathCounters& c) {
@@ -200,6 +200,29 @@ class PathTracer final : public Integrator {
     return scene_->camera().time_of(sampler.get_1d(), py);
   }
 
+  // What a sample finds besides its radiance.
+  template <class Parts>
+  Parts parts_for(const Film& film) const {
+    if constexpr (std::is_same_v<Parts, LightPasses>)
+      return LightPasses(*scene_, film);
+    else
+      return Parts();
+  }
+  template <class Parts>
+  static void begin(Parts& parts) {
+    parts = Parts();
+  }
+  static void begin(LightPasses& passes) { passes.begin(); }
+  template <class Parts>
+  static void add_to_film(Film&, int, int, const Parts&) {}
+  static void add_to_film(Film& film, int x, int y, const DirectPart& part) {
+    if (film.wants_direct()) film.add_direct(x, y, part.direct_paths);
+  }
+  static void add_to_film(Film& film, int x, int y, const LightPasses& passes) {
+    film.add_parts(x, y, passes.parts());
+    if (film.wants_direct()) film.add_direct(x, y, passes.parts().direct_paths);
+  }
+
   template <class Parts, class Medium, class DirectLight, class Guide>
   void render_with(const DirectLight& direct_light, Guide, Film& film, const std::atomic<bool>& stop,
                    tbb::combinable<PathCounters>& counters) {
@@ -207,16 +230,14 @@ class PathTracer final : public Integrator {
       Sampler sampler;
       PathCounters& counter;
       SampleRecord record;
+      Parts parts;
     };
     const uint32_t full_width = uint32_t(scene_->settings().width);
     const bool moves = scene_->moves();
-    const std::vector<int> shown_groups = film.wants_parts()
-                                              ? shown_light_groups(scene_->light_groups(), film.light_groups())
-                                              : std::vector<int>();
     for_each_sample(
         film, samples_done_, stop,
         [&] {
-          return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local(), SampleRecord()};
+          return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local(), SampleRecord(), parts_for<Parts>(film)};
         },
         [&](Tile& tile, int px, int py, uint32_t index) {
           const uint32_t pixel = uint32_t(py) * full_width + uint32_t(px);
@@ -239,11 +260,8 @@ class PathTracer final : public Integrator {
             guide = guide_->of_sample(px - film.x0(), py - film.y0(), pixel, index);
             if (guide_->measuring()) guide.outcome = &outcome;
           }
-          Parts parts;
-          if constexpr (std::is_same_v<Parts, SampleParts>) {
-            if (!shown_groups.empty()) parts.shown_groups = shown_groups.data();
-            parts.groups.resize(film.light_groups().size(), Color(0.0f));
-          }
+          Parts& parts = tile.parts;
+          begin(parts);
           CaughtPath caught;
           const PathStart start{*scene_,      ray,          px,
                                 py,           tile.sampler, aux,
@@ -274,10 +292,7 @@ class PathTracer final : public Integrator {
             const CaughtSample sample = compare(caught, start, index, radiance, alpha);
             if (is_finite(sample.alone) && is_finite(sample.background)) film.add_caught(px, py, sample);
           }
-          if constexpr (std::is_same_v<Parts, SampleParts>)
-            if (added) film.add_parts(px, py, parts);
-          if constexpr (std::is_same_v<Parts, SampleParts> || std::is_same_v<Parts, DirectPart>)
-            if (added && film.wants_direct()) film.add_direct(px, py, parts.direct_paths);
+          if (added) add_to_film(film, px, py, parts);
         });
   }
 

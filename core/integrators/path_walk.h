@@ -3,7 +3,7 @@
 //   DirectLight: MisDirectLight or DirectEstimator
 //   Guide:       Unguided or Guided (transport/guiding/path_guide.h)
 //   Medium:      NoMedia or InMedia
-//   Parts:       NoParts, SampleParts (the data of light passes), DirectPart or ImportantLight
+//   Parts:       NoParts, LightPasses, DirectPart or ImportantLight
 // Code that a combination does not need is not compiled.
 #pragma once
 
@@ -27,7 +27,7 @@ namespace ajar {
 template <class DirectLight, class Guide, class Medium, class Parts>
 class PathWalk {
   static constexpr bool kMedia = Medium::kThere, kGuided = Guide::kGuided;
-  static constexpr bool kParts = std::is_same_v<Parts, SampleParts>, kSources = std::is_same_v<Parts, ImportantLight>,
+  static constexpr bool kParts = std::is_same_v<Parts, LightPasses>, kSources = std::is_same_v<Parts, ImportantLight>,
                         kDirect = kParts || std::is_same_v<Parts, DirectPart>;
   using D = PathDimensions;
   enum class Step : uint8_t { End, Traced, GoOn };  ///< Traced: the walk has a new ray
@@ -101,28 +101,30 @@ class PathWalk {
     radiance_ += contribution;
     if constexpr (kGuided) guided_.note_light(luminance(contribution));
     if constexpr (kSources) parts_.luminance += parts_.of_source * luminance(contribution);
-    if constexpr (kParts) add_to_parts(contribution, bounces);
     if constexpr (kDirect) {
       const bool sampled = bounces > walk_.point.ray_depth;  // else the walk has hit the light
-      if (!(rough_before_ || (sampled && rough_last_))) parts_.direct_paths += contribution;
+      const bool is_direct = !(rough_before_ || (sampled && rough_last_));
+      if constexpr (kParts)
+        parts_.add(passes_of(bounces, is_direct), contribution);
+      else if (is_direct)
+        parts_.direct_paths += contribution;
     }
   }
 
   /// Whose light is added next.
   [[gnu::always_inline]] void note_light(uint32_t light) {
     if constexpr (kSources) parts_.of_source = scene_.light_importance(light);
-    if constexpr (kParts) note_group(parts_.shown_groups ? scene_.light_group(light) : -1);
+    if constexpr (kParts) group_ = parts_.group_count() > 0 ? parts_.shown(scene_.light_group(light)) : -1;
   }
   [[gnu::always_inline]] void note_emission([[maybe_unused]] const ObjectDescription& object) {
     if constexpr (kSources) parts_.of_source = object.light_importance;
-    if constexpr (kParts) note_group(parts_.shown_groups ? scene_.light_group_of(object) : -1);
+    if constexpr (kParts) group_ = parts_.group_count() > 0 ? parts_.shown(scene_.light_group_of(object)) : -1;
   }
   /// No source.
   [[gnu::always_inline]] void note_nothing() {
     if constexpr (kSources) parts_.of_source = 1.0f;
-    if constexpr (kParts) parts_.group = -1;
+    if constexpr (kParts) group_ = -1;
   }
-  void note_group(int group) { parts_.group = group >= 0 ? parts_.shown_groups[group] : -1; }
 
   [[gnu::always_inline]] void note_rough([[maybe_unused]] bool rough) {
     if constexpr (kDirect) {
@@ -131,19 +133,13 @@ class PathWalk {
     }
   }
 
-  void add_to_parts(Color contribution, int bounces) {
-    if (parts_.group >= 0) parts_.groups[size_t(parts_.group)] += contribution;
-    if (bounces == 0) {
-      parts_.emission += contribution;
-      return;
-    }
-    if constexpr (kMedia) {
-      if (medium_.pass) {
-        parts_.volume[bounces == 1 ? 0 : 1] += contribution;
-        return;
-      }
-    }
-    for (size_t k = 0; k < 3; ++k) (bounces == 1 ? parts_.direct : parts_.indirect)[k] += contribution * shares_[k];
+  PathPasses passes_of(int bounces, bool is_direct) const {
+    PathPasses passes = parts_.part_of(bounces, first_);
+    if (bounces == 0 && first_.part == PathPasses::Part::Environment && passes.part != PathPasses::Part::None)
+      passes.part = PathPasses::Part::Environment;
+    passes.group = group_;
+    passes.is_direct = is_direct;
+    return passes;
   }
 
   /// MIS weight of light that was hit, against sampling this light.
@@ -164,9 +160,9 @@ class PathWalk {
     note_light(met.light);
     if constexpr (kParts) {
       if (walk_.seen_directly() && int(met.light) == lights_.environment_index()) {
-        const Color seen = std::exchange(parts_.emission, Color(0.0f));
+        first_.part = PathPasses::Part::Environment;
         add(beta_ * met.radiance, 0);
-        parts_.environment += std::exchange(parts_.emission, seen);
+        first_.part = PathPasses::Part::None;
         return;
       }
     }
@@ -213,11 +209,14 @@ class PathWalk {
       direct = beta_ * estimate_direct_at(context(phase), place, sampled);
     note_nothing();
     if (!is_black(event.emitted)) add(event.emitted, point.ray_depth);
-    if (point.ray_depth == 0) medium_.pass = true;
+    const bool is_first = point.ray_depth == 0;
+    if constexpr (kParts)
+      if (is_first) first_.part = PathPasses::Part::VolumeDirect;
     if (!is_black(direct)) note_light(sampled.light);
     if (!is_black(direct)) add(direct, point.ray_depth + 1);
-    if (point.ray_depth == 0) medium_.pass = scattered;
-    if (point.ray_depth == 0) alpha_ += luminance(scattered ? before : before - beta_);
+    if constexpr (kParts)
+      if (is_first && !scattered) first_.part = PathPasses::Part::None;
+    if (is_first) alpha_ += luminance(scattered ? before : before - beta_);
     record_medium(ray.direction, before, beta_, scattered, aux_);
     if (!(largest(beta_) > 0.0f)) return Step::End;
     if constexpr (kGuided) guided_.unguided_beta *= largest(beta_) / largest(before);
@@ -289,12 +288,8 @@ class PathWalk {
       add(beta_ * walk_.shading.emission * weight, point.ray_depth);
     }
     vertex_aux_ = record_vertex(scene_, point, bsdf, beta_, aux_);
-    if constexpr (kParts) {
-      if (point.ray_depth == 0) {
-        const auto color = bsdf.albedo_of_kinds();
-        for (size_t k = 0; k < 3; ++k) parts_.color[k] += beta_ * color[k];
-      }
-    }
+    if constexpr (kParts)
+      if (point.ray_depth == 0) parts_.add_color(bsdf, beta_);
     // The transparency is needed only at surfaces that are seen directly and at the last vertex.
     const Color transparency = point.ray_depth == 0 || at_bounce_limit_ ? bsdf.transparency() : Color(0.0f);
     if (point.ray_depth == 0) alpha_ += walk_.alpha_of_surface(beta_, transparency);
@@ -342,8 +337,7 @@ class PathWalk {
       if (has_soft_terminator(point)) direct += estimate_direct<true>(context, sampler_, base_ + D::kDirectLight, rays);
     }
     if constexpr (kParts)
-      if (point.ray_depth == 0 && !is_black(direct))
-        shares_ = shares_of(bsdf, bsdf.f_cos_of_kinds(point.wo, sampled.wi));
+      if (point.ray_depth == 0 && !is_black(direct)) first_ = LightPasses::scattered_by(bsdf, point.wo, sampled.wi);
     if (!is_black(direct)) {
       if constexpr (kParts || kSources) note_light(sampled.light);
       add(beta_ * direct, point.ray_depth + 1);
@@ -371,7 +365,10 @@ class PathWalk {
     if (sample->flags & kTransparent) return has_portal() ? pass_portal(*sample) : walk_.pass_through();
     if (at_bounce_limit_) return false;
 
-    if constexpr (kParts) share_first_scattering(*sample);
+    if constexpr (kParts)
+      if (point.ray_depth == 0)
+        first_ = sample->specular ? LightPasses::specular(sample->flags & kTransmission)
+                                  : LightPasses::scattered_by(bsdf, point.wo, sample->wi);
     note_rough(!sample->specular);
     walk_.note_bounce(*sample);
     count_bounce(*sample, point, point);
@@ -411,15 +408,6 @@ class PathWalk {
       return sample_guided(u_lobe, u_direction);
     else
       return bsdf.sample(walk_.point.wo, u_lobe, u_direction);
-  }
-
-  void share_first_scattering(const BsdfSample& sample) {
-    if (walk_.point.ray_depth != 0) return;
-    const float passes_on = sample.flags & kTransmission ? 1.0f : 0.0f;
-    if (sample.specular)
-      shares_ = PathShares{Color(0.0f), Color(1.0f - passes_on), Color(passes_on)};
-    else
-      shares_ = shares_of(walk_.shading.bsdf, walk_.shading.bsdf.f_cos_of_kinds(walk_.point.wo, sample.wi));
   }
 
   /// The survival probability follows from the throughput without the guide. A direction that the guide prefers has a
@@ -489,8 +477,9 @@ class PathWalk {
   /// For the part of direct paths: whether the last bounce, and any one before it, was not at a delta lobe.
   bool rough_last_ = false, rough_before_ = false;
   uint32_t base_ = 0;  ///< first dimension of the vertex
-  [[no_unique_address]] std::conditional_t<kParts, PathShares, NoParts>
-      shares_;  ///< of kinds of lobes in the first scattering event
+  /// For light passes: the first scattering event, and the group of the light that is added next.
+  [[no_unique_address]] std::conditional_t<kParts, PathPasses, NoParts> first_;
+  int group_ = -1;
   [[no_unique_address]] std::conditional_t<kGuided, GuidedPath, NoGuidedPath> guided_;
 };
 

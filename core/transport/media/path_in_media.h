@@ -24,7 +24,6 @@ struct InMedia {
   Pcg32 rng;
   MediaStack stack;
   int depth = 0, stretch = 0, bounds = 0;
-  bool pass = false;       ///< a medium was the first to scatter the light
   bool chose = false;      ///< a phase function chose the present direction
   Vec3 chosen_from{0.0f};  ///< the point for which lights were then chosen
 };
