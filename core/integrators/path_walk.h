@@ -243,6 +243,7 @@ class PathWalk {
     } else {
       sample = sample_phase(phase, walk_.ray.direction, u_lobe, u);
     }
+    if (!(sample.pdf_phase > 0.0f)) return false;
     beta_ *= sample.value / sample.pdf;
     note_rough(true);
     ++point.ray_depth;

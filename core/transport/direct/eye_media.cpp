@@ -66,6 +66,7 @@ bool EyeMedia::scatter(EyeWalk& walk, Color& beta) {
   Pcg32& rng = state_->rng;
   const float u_lobe = rng.next_float(), ux = rng.next_float(), uy = rng.next_float();
   const PhaseSample sample = sample_direction(walk, {guide_ ? rng.next_float() : 0.0f, u_lobe, {ux, uy}});
+  if (!(sample.pdf_phase > 0.0f)) return false;
   beta *= sample.value / sample.pdf;
   leave_along(walk, sample);
   if (walk.point.ray_depth > kFreeScattering) {

@@ -67,7 +67,8 @@ class EyeMedia {
   }
   /// The same, but the direction in which the walk goes on where a medium scatters it is left to `scatter`.
   Step meet(EyeWalk& walk, const Along& along, Color& beta, Light& light, float* alpha = nullptr);
-  /// The walk goes on from where it was scattered. False if roulette ends it.
+  /// The walk goes on from where it was scattered. False if it ends: by roulette, or the direction of the guide has no
+  /// light.
   bool scatter(EyeWalk& walk, Color& beta);
   /// From now on, the directions of `scatter` are also chosen by a guide; null: none.
   void guide(const GuideTree* tree) { guide_ = tree; }

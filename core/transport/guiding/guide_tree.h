@@ -2,8 +2,8 @@
 //
 // A cell is a box in position and normal. All its points receive similar light, so the distribution can include the
 // cosine. Cells are divided at the mean of their samples: by normals as long as these differ much, otherwise by the
-// widest axis of position. Volumes have cells of their own, by position alone. The guide is trained between iterations, from samples in a fixed order, each cell
-// separately. So the tree does not depend on the number of threads.
+// widest axis of position. Volumes have cells of their own, by position alone. The guide is trained between iterations,
+// from samples in a fixed order, each cell separately. So the tree does not depend on the number of threads.
 #pragma once
 
 #include <vector>

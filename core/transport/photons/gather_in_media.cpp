@@ -40,10 +40,12 @@ Color PhotonGatherer::gathered_in_medium(const EyeMedia& media, const EyeWalk& w
     EyeMedia own(media);
     own.reseed(hash_combine(hash_combine(pixel_, index_), kMediaDimensions + uint32_t(++gathered_)));
     const PhaseSample sample = own.sample_direction(walk, {u.guide, u.lobe, u.direction});
+    if (!(sample.pdf_phase > 0.0f)) continue;
     const Color weight = sample.value / sample.pdf;
     EyeWalk next(walk);
     own.leave_along(next, sample);
-    const Incoming arriving = follow(next, own, {}, share * weight, 0, {gather_sampler_, kGatherDimensions});
+    const Color logged = logs_gather_ray(uint32_t(i)) ? share * weight : Color(0.0f);
+    const Incoming arriving = follow(next, own, {}, logged, 0, {gather_sampler_, kGatherDimensions});
     logs_ = logs;
     const Color direct = weight * arriving.direct, indirect = weight * arriving.scattered;
     gathered += direct + indirect;

@@ -230,8 +230,7 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, co
     if (!sample || !(sample->pdf_solid_angle > 0.0f) || is_black(sample->f_cos)) continue;
     ++gathered_;
     const Color weight = sample->f_cos / sample->pdf_solid_angle;
-    const bool logged = log_ && depth == 0 &&
-                        (pixel_ + index_ + uint32_t(i)) % uint32_t(log_->stride[ArrivalMap::kGathered]) == 0;
+    const bool logged = depth == 0 && logs_gather_ray(uint32_t(i));
     const bool logs = logs_;
     const Incoming arriving = incoming(point, place, *sample, pdf_bsdf,
                                        logged ? throughput * weight / float(rays) : Color(0.0f), depth,

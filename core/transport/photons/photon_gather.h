@@ -156,6 +156,10 @@ class PhotonGatherer {
   bool find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading);
   /// Records what a gather ray, one of several and the `number`-th of the pixel, has found.
   void learn_from(GuideSample sample, float distance, uint32_t number);
+  /// Whether gather ray `i` of the present sample records where it looks up maps: one in `stride` does.
+  bool logs_gather_ray(uint32_t i) const {
+    return log_ && (pixel_ + index_ + i) % uint32_t(log_->stride[ArrivalMap::kGathered]) == 0;
+  }
   void log_arrival(int place, const ShadingPoint& point, Color throughput);
   Color from_map(const ShadingPoint& point, const Bsdf& rough);
 

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include "feature_scenes.h"
 #include "math/random.h"
 #include "math/statistics.h"
 #include "sampling/sampler.h"
+#include "transport/photons/photon_gather.h"
 
 namespace ajar::test_arrival_map {
 
@@ -92,6 +94,45 @@ TEST(ArrivalMap, passes_are_averaged) {
   map.add({ArrivalLog()});
   // Half of the throughput in the disc of radius 1 is 10 over two passes. The factor for five lookups is 6 / 5.
   EXPECT_NEAR(map.inverse_density(ArrivalMap::kSeen, 0, Vec3(0.0f), kUp, 1.0f), M_PI / (10.0 * 6.0 / 5.0), 1e-5);
+}
+
+/// Throughput that lookups of gather rays record, for one sample of each pixel.
+RunningMoments recorded_throughput(const Scene& scene, const PathMedia* media, int stride) {
+  const PhotonMaps maps;
+  const GatherSettings settings;
+  RunningMoments moments;
+  const int width = scene.settings().width;
+  for (uint32_t sample = 0; sample < 64; ++sample) {
+    ArrivalLog log;
+    log.stride[ArrivalMap::kGathered] = stride;
+    PhotonGatherer gatherer(scene, media, maps, settings, 7);
+    gatherer.log_arrivals(&log, true);
+    for (int pixel = 0; pixel < width * scene.settings().height; ++pixel) {
+      gatherer.start(uint32_t(pixel), sample);
+      const Vec2 on_film(float(pixel % width) + 0.5f, float(pixel / width) + 0.5f);
+      float alpha;
+      Color seen;
+      gatherer.trace(scene.camera().generate_ray(on_film, Vec2(0.5f), 0.5f), nullptr, alpha, seen);
+    }
+    double sum = 0.0;
+    for (const Arrival& arrival : log.at[ArrivalMap::kGathered]) sum += double(arrival.throughput);
+    moments.add(sum);
+  }
+  return moments;
+}
+
+/// Gather rays start at surfaces, and in fog.
+TEST(ArrivalMap, a_part_of_the_lookups_stands_for_all) {
+  for (const fixtures::TransportScene& scene : fixtures::feature_scenes()) {
+    if (scene.name != "fog_around_the_camera" && scene.name != "points") continue;
+    const auto built = fixtures::build(scene.description);
+    const std::unique_ptr<PathMedia> media = built->has_media() ? std::make_unique<PathMedia>(*built) : nullptr;
+    const RunningMoments all = recorded_throughput(*built, media.get(), 1),
+                         part = recorded_throughput(*built, media.get(), 3);
+    const double error = std::sqrt(all.variance_of_mean() + part.variance_of_mean());
+    EXPECT_NEAR(part.mean(), all.mean(), 4.0 * error) << scene.name;
+    EXPECT_LT(error, 0.01 * all.mean()) << scene.name << ": inconclusive";
+  }
 }
 
 }  // namespace ajar::test_arrival_map
