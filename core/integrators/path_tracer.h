@@ -4,7 +4,7 @@
 // clamping). It is the reference for all other integrators, and the best choice for open scenes and visible lights. It
 // finds caustics of small lights and light behind narrow openings only with small probability, and never finds delta
 // lights behind specular surfaces. Media between surfaces: transport/media/media.h; then the default method samples
-// direct light. With guiding (transport/guiding/path_guide.h) directions, also those in media, are also drawn from a
+// direct light. With guiding (transport/guiding/path_guide.h), directions at surfaces and in media are drawn from a
 // learned mixture. This is unbiased too, and better where most light comes from few directions that light sampling does
 // not reach.
 #pragma once

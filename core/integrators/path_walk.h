@@ -114,11 +114,11 @@ class PathWalk {
   /// Whose light is added next.
   [[gnu::always_inline]] void note_light(uint32_t light) {
     if constexpr (kSources) parts_.of_source = scene_.light_importance(light);
-    if constexpr (kParts) group_ = parts_.group_count() > 0 ? parts_.shown(scene_.light_group(light)) : -1;
+    if constexpr (kParts) group_ = parts_.shown(scene_.light_group(light));
   }
   [[gnu::always_inline]] void note_emission([[maybe_unused]] const ObjectDescription& object) {
     if constexpr (kSources) parts_.of_source = object.light_importance;
-    if constexpr (kParts) group_ = parts_.group_count() > 0 ? parts_.shown(scene_.light_group_of(object)) : -1;
+    if constexpr (kParts) group_ = parts_.shown(scene_.light_group_of(object));
   }
   /// No source.
   [[gnu::always_inline]] void note_nothing() {
@@ -135,8 +135,6 @@ class PathWalk {
 
   PathPasses passes_of(int bounces, bool is_direct) const {
     PathPasses passes = parts_.part_of(bounces, first_);
-    if (bounces == 0 && first_.part == PathPasses::Part::Environment && passes.part != PathPasses::Part::None)
-      passes.part = PathPasses::Part::Environment;
     passes.group = group_;
     passes.is_direct = is_direct;
     return passes;

@@ -13,7 +13,7 @@ namespace {
 /// Pseudo-samples of the priors: kSharePrior with equal shares for guide and BSDF, kWeightPrior for the weight of each
 /// lobe.
 constexpr float kSharePrior = 8.0f, kWeightPrior = 0.02f;
-/// Minimum share of the BSDF for a single direction (for whole paths: Guided::kPlainShare).
+/// Minimum share of the BSDF for a single direction (for whole paths: kPlainShareOfPaths).
 constexpr float kMinBsdfShare = 0.5f;
 constexpr float kFirstKappa = 10.0f, kSharpestKappa = 2000.0f;
 /// The weight of a sample is limited to this times the square root of the number of samples, in units of the mean

@@ -39,7 +39,6 @@ struct Unguided {
 /// Directions by BSDF and guide. If there is a list, the samples of the path are recorded in it.
 struct Guided {
   static constexpr bool kGuided = true;
-  static constexpr float kPlainShare = kPlainShareOfPaths;
   /// What a guided walk says about an unguided one. For both, the second moment is an expectation over guided walks:
   /// E[guided^2], and E[share * unguided^2].
   struct Outcome {
@@ -64,11 +63,11 @@ struct NoGuidedPath {};
 /// The state of a guided path.
 struct GuidedPath {
   GuidedBsdf bsdf;
-  float plain = Guided::kPlainShare;  ///< probability that the BSDF alone chose the directions, given the directions
-  float unguided_beta = 1.0f;         ///< the throughput in that case
-  float last_ratio = 1.0f;            ///< density without the guide over that with it, of the last direction
-  float hit_weight = 0.0f;            ///< MIS weight of the light that is added next; 0: it is sampled, not hit
-  float unguided_light = 0.0f;        ///< Guided::Outcome::unguided so far
+  float plain = kPlainShareOfPaths;  ///< probability that the BSDF alone chose the directions, given the directions
+  float unguided_beta = 1.0f;        ///< the throughput in that case
+  float last_ratio = 1.0f;           ///< density without the guide over that with it, of the last direction
+  float hit_weight = 0.0f;           ///< MIS weight of the light that is added next; 0: it is sampled, not hit
+  float unguided_light = 0.0f;       ///< Guided::Outcome::unguided so far
   static constexpr float kNever = 1e-16f;  ///< directions with a smaller `plain` do not occur without the guide
   OpenVertex open[kMaxOpenVertices];
   int open_count = 0;
@@ -101,12 +100,12 @@ struct GuidedPath {
   /// Adds light. The MIS weight of sampled light is that of the guided walk, which is slightly too large or too small.
   void note_light(float y) {
     if (!(plain > kNever)) return;
-    float times = Guided::kPlainShare / plain;
+    float times = kPlainShareOfPaths / plain;
     if (hit_weight > 0.0f) times *= last_ratio / (hit_weight * last_ratio + (1.0f - hit_weight));
     unguided_light += times * y;
     hit_weight = 0.0f;
   }
-  Guided::Outcome outcome() const { return {unguided_light, plain > kNever ? plain / Guided::kPlainShare : 0.0f}; }
+  Guided::Outcome outcome() const { return {unguided_light, plain > kNever ? plain / kPlainShareOfPaths : 0.0f}; }
   /// Hands in what the path has found. The light along a direction is all light that was found after it was chosen.
   void end(const Guided& guide, Color radiance) {
     for (int i = 0; guide.samples && i < open_count; ++i) {

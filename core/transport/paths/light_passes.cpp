@@ -75,10 +75,7 @@ PathPasses LightPasses::scattered(const Bsdf& bsdf, const PathShares& light_of_k
 
 PathPasses LightPasses::of(const Scene& scene, const PathVertex& light, int bounces, const PathPasses& first) const {
   PathPasses passes = part_of(bounces, first);
-  if (!shown_.empty()) {
-    const int group = light_group_of(scene, light);
-    if (group >= 0) passes.group = shown_[size_t(group)];
-  }
+  if (!shown_.empty()) passes.group = shown(light_group_of(scene, light));
   if (passes.part == Part::Emission && light.light >= 0 && light.light == scene.lights().environment_index())
     passes.part = Part::Environment;
   return passes;
@@ -98,13 +95,16 @@ PathPasses LightPasses::part_of(int bounces, const PathPasses& first) const {
   PathPasses passes;
   if (!parts_wanted_) return passes;
   passes = first;
-  passes.part = bounces == 0 ? Part::Emission : after_bounces(first.part, bounces);
+  if (bounces > 0)
+    passes.part = after_bounces(first.part, bounces);
+  else if (first.part != Part::Environment)
+    passes.part = Part::Emission;
   return passes;
 }
 
 PathPasses LightPasses::of_group(int group) const {
   PathPasses passes;
-  passes.group = shown_[size_t(group)];
+  passes.group = shown(group);
   return passes;
 }
 

@@ -34,10 +34,10 @@ class LightPasses {
   PathPasses of(const Scene& scene, const PathVertex& light, int bounces, const PathPasses& first) const;
   PathPasses of(const Scene& scene, const Path& path) const;
   /// The part alone, of light that is in no group (emission of media) or whose group is added otherwise. `bounces`: number
-  /// of scattering events.
+  /// of scattering events. Without any, the light is that of the environment if `first` says so, else emission.
   PathPasses part_of(int bounces, const PathPasses& first) const;
-  /// The pass of a group of the scene; -1: none. Only if there are any.
-  int shown(int group) const { return group >= 0 ? shown_[size_t(group)] : -1; }
+  /// The pass of a group of the scene; -1: none.
+  int shown(int group) const { return group >= 0 && !shown_.empty() ? shown_[size_t(group)] : -1; }
   /// The group alone, by its index in the scene.
   PathPasses of_group(int group) const;
 

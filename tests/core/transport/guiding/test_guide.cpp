@@ -286,7 +286,7 @@ TEST(GuidedBsdf, the_density_of_a_path_is_at_least_a_fixed_share_of_the_unguided
   bsdf.set_lambert(Color(0.5f), wo);
   const Vec3 wi = glm::normalize(Vec3(-1, 0, 1));
   const float pdf_bsdf = bsdf.pdf_solid_angle(wo, wi);
-  float plain = Guided::kPlainShare;
+  float plain = kPlainShareOfPaths;
   double product = 1.0, by_shares_alone = 1.0;
   for (int vertex = 0; vertex < 8; ++vertex) {
     GuidedBsdf guided, distrustless;
@@ -297,7 +297,7 @@ TEST(GuidedBsdf, the_density_of_a_path_is_at_least_a_fixed_share_of_the_unguided
     by_shares_alone *= double(distrustless.pdf_solid_angle(pdf_bsdf, wi)) / double(pdf_bsdf);
     plain *= pdf_bsdf / pdf;
   }
-  EXPECT_GT(product, double(Guided::kPlainShare));
+  EXPECT_GT(product, double(kPlainShareOfPaths));
   EXPECT_LT(by_shares_alone, 0.02);
   EXPECT_LE(plain, 1.0f);
 }
