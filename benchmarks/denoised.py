@@ -137,7 +137,7 @@ def denoise(found: dict[str, np.ndarray], rays: float, threads: int, combined: b
 
     started = cpu_seconds()
     noisy = found["Combined"]
-    quality = ajar.denoiser.quality_for(rays, noisy.shape[0] * noisy.shape[1])
+    quality = ajar.denoiser.quality_for(rays, ajar.denoiser.pixels_of(found["Halves"], noisy))
     image, _ = ajar.denoise(noisy, found["Halves"] if combined else None, found["Denoising Albedo"], found["Denoising Normal"], quality, threads,
                             direct_halves=found.get("Direct Halves") if combined else None)
     return image[..., :3].astype(np.float64), cpu_seconds() - started
@@ -146,7 +146,9 @@ def denoise(found: dict[str, np.ndarray], rays: float, threads: int, combined: b
 def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoising: float, change: Change | None = None) -> Picture:
     found, stats, used = whole_render(scene_file, integrator, max(0.1, cpu - denoising), seed, load, change=change)
     image, extra = denoise(found, stats["rays"], load.threads)
-    return Picture(found["Combined"][..., :3].astype(np.float64), image, used + extra, stats["samples_per_pixel"]["mean"], stats["integrator"])
+    second = stats.get("second_technique")
+    technique = f"{stats['integrator']}, {second['integrator']}" if second else stats["integrator"]
+    return Picture(found["Combined"][..., :3].astype(np.float64), image, used + extra, stats["samples_per_pixel"]["mean"], technique)
 
 
 def denoising_seconds(scene_file: Path, load: Load) -> float:

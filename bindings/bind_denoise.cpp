@@ -28,12 +28,13 @@ struct Cancellation {
   std::atomic<bool> is_set = false;
 };
 
-/// An array of the pass "Halves" or "Direct Halves"; empty for None.
+/// An array of the pass "Halves" or "Direct Halves", of one or two techniques; empty for None.
 std::vector<float> halves_of(const std::optional<Floats>& array, size_t height, size_t width, const char* what) {
   if (!array) return {};
-  if (array->ndim() != 3 || size_t(array->size()) != 6 * height * width)
+  const size_t pixels = height * width, size = size_t(array->size());
+  if (array->ndim() != 3 || (size != 6 * pixels && size != 12 * pixels))
     throw py::value_error(std::string(what) + " must be an array [" + std::to_string(height) + ", " +
-                          std::to_string(width) + ", 6], not " + shape_text(*array));
+                          std::to_string(width) + ", 6 or 12], not " + shape_text(*array));
   return copy_numbers(*array);
 }
 
@@ -52,6 +53,8 @@ py::object denoised(const Floats& image, const Passes& passes, DenoiseQuality qu
                      direct = halves_of(passes.direct_halves, height, width, "direct_halves"),
                      guides[] = {rgb_of(passes.albedo, height, width, "albedo"),
                                  rgb_of(passes.normal, height, width, "normal")};
+  if (!direct.empty() && direct.size() != both.size())
+    throw py::value_error("direct_halves must have the shape of halves, not " + shape_text(*passes.direct_halves));
   std::vector<float> result = copy_numbers(image);
   std::vector<float> error;
   const Cancellation never;
@@ -113,9 +116,10 @@ void bind_denoise(py::module_& module) {
       "Return (image, error). The image has no noise, float32[height, width, channels]; its error is None or "
       "float32[height, width], an estimate of the relMSE of each pixel, which needs `halves`. image: "
       "float32[height, width, 3 or more], linear; only the first three channels change. halves: the pass "
-      "\"Halves\", float32[height, width, 6]. With it, the result is consistent: it becomes the correct image "
-      "as the number of samples grows. direct_halves: the pass \"Direct Halves\" of the same shape. This part of the "
-      "light and the rest are then denoised apart, which takes twice the time and has a smaller error. It is not "
+      "\"Halves\", float32[height, width, 6], or 12 channels if two techniques have rendered the image. With it, the "
+      "result is consistent: it becomes the correct image as the number of samples grows. direct_halves: the pass "
+      "\"Direct Halves\" of the same shape. This part of the light and the rest are then denoised apart, which takes "
+      "twice the time and has a smaller error. It is not "
       "used if a number is NaN. "
       "albedo and normal: float32[height, width, 3 or more], the guides. quality: time against error; a lower "
       "one does not denoise the guides. threads: 0 uses all. cancellation: Cancellation or None; the result is "

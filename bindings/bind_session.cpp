@@ -54,18 +54,15 @@ py::array_t<double> error_over_time(const Session& session) {
 }
 
 py::object snapshot(const Session& session, const std::string& pass) {
-  const size_t channels = channels_of(pass);
+  channels_of(pass);  // throws for an unknown name
   std::vector<float> values;
-  int columns = 0;
+  PassSize size;
   {
     py::gil_scoped_release release;
-    values = session.snapshot(pass, &columns);
+    values = session.snapshot(pass, &size);
   }
   if (values.empty()) return py::none();
-  const size_t width = size_t(columns);
-  const size_t height = width ? values.size() / (width * channels) : 0;
-  if (width * height * channels != values.size()) throw std::runtime_error("pass \"" + pass + "\" has the wrong size");
-  return take_array(std::move(values), {height, width, channels});
+  return take_array(std::move(values), {size_t(size.height), size_t(size.width), size_t(size.channels)});
 }
 
 /// Moves the pixels.
@@ -278,9 +275,10 @@ void bind_session(py::module_& module) {
            "Return a list of HintReport, one for each light hint. Empty before the scene is built.")
       .def("snapshot", &snapshot, py::arg("pass_name"),
            "Return a pass as float32[height, width, channels], rows from the bottom up, as it was after the last "
-           "iteration, or None before the first. The number of channels is known_passes()[pass_name]. While the "
-           "session renders, a pass is kept from the first call on, so that the first call can return None. Raises "
-           "ValueError, which lists the valid names, for an unknown pass.")
+           "iteration, or None before the first. The number of channels is known_passes()[pass_name]; \"Halves\" and "
+           "\"Direct Halves\" have twice as many when two techniques render the image. While the session renders, a "
+           "pass is kept from the first call on, so that the first call can return None. Raises ValueError, which "
+           "lists the valid names, for an unknown pass.")
       .def("photons", &photons, py::arg("max_photons") = 50000,
            "Return (positions, powers, stored) of the last photon pass, for display: float32[n, 3] in metres, world "
            "space; float32[n, 3] in watts; and the number of photons that were stored. n is at most `max_photons`; the "

@@ -179,7 +179,6 @@ bool write_checkpoint(const Session& session, uint64_t scene, const std::string&
 void follow(Session& session, const Files& files, uint64_t scene) {
   using Clock = std::chrono::steady_clock;
   auto next = Clock::now() + std::chrono::duration<double>(files.interval);
-  if (!files.checkpoint.empty()) session.checkpoint();  // from now on, the session keeps one
   while (!session.wait(0.25)) {
     if (ended_by != 0) session.cancel();
     const Progress progress = session.progress();
@@ -208,6 +207,7 @@ int render(const Files& files, const Changes& changes) {
   if (files.first_sample) session.begin_at(*files.first_sample);
   if (!files.checkpoint.empty())
     for (const int signal : {SIGTERM, SIGINT}) std::signal(signal, [](int number) { ended_by = number; });
+  if (!files.checkpoint.empty()) session.checkpoint();  // from now on, the session keeps one
   session.start(std::move(description));
   follow(session, files, scene);
   for (const Diagnostic& diagnostic : session.diagnostics())

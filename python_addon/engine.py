@@ -178,6 +178,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             session.begin_with(learning.of(learner))
         interval = depsgraph.scene_eval.ajar.checkpoint_interval if options.checkpoint is None else CHECKPOINT_SECONDS
         save_checkpoint = self._checkpoints(rendered, options, session, exported.description)
+        save_checkpoint()   # writes nothing yet; from now on, the session keeps a checkpoint of each iteration
         if not self.is_preview:
             render_progress.begin(scene.name)
         self._release(scene)
@@ -253,7 +254,6 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         """Poll the session until it ends or the user cancels it. `interval`: seconds between two checkpoints."""
         next_image = time.monotonic() + FIRST_IMAGE_SECONDS
         next_checkpoint = time.monotonic() + min(FIRST_CHECKPOINT_SECONDS, interval)
-        save_checkpoint()   # the first call writes nothing; after it, the session keeps a checkpoint of each iteration
         while not session.wait(PREVIEW_POLL_SECONDS if self.is_preview else POLL_SECONDS):
             progress = session.progress()
             before, share = self._share
@@ -302,7 +302,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         if self._limit is not None and statistics["render_seconds"] + statistics["pilot_seconds"] >= USED_SHARE * self._limit.seconds:
             quality = self._limit.quality
         else:
-            quality = ajar.denoiser.quality_for(statistics["rays"], image.shape[0] * image.shape[1])
+            quality = ajar.denoiser.quality_for(statistics["rays"], ajar.denoiser.pixels_of(pictures[passes.HALVES], image))
         work = denoise.Background(pictures, quality, statistics["threads"])
         while not work.wait(POLL_SECONDS):
             if is_cancelled():

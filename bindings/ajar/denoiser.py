@@ -7,9 +7,13 @@ import ctypes.util
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ._ajar import DenoiseQuality, denoise_quality_for, denoise_seconds_per_ray, denoiser_version, load_denoiser
 from .system import loaded_libraries
+
+if TYPE_CHECKING:
+    import numpy as np
 
 VARIABLE = "AJAR_DENOISER"
 NAME = "OpenImageDenoise.dll" if sys.platform == "win32" else "libOpenImageDenoise.so.2"
@@ -58,3 +62,9 @@ def reason() -> str:
 def quality_for(rays: float, pixels: int, free_seconds: float = FREE_SECONDS) -> DenoiseQuality:
     """The best quality that takes at most a tenth of a render with this number of rays, or `free_seconds` of a core. Direct light is denoised apart."""
     return denoise_quality_for(rays, pixels, free_seconds, True)
+
+
+def pixels_of(halves: np.ndarray | None, image: np.ndarray) -> int:
+    """The number of pixels for `quality_for`: those of the image, twice if the pass "Halves" has two techniques, because each is denoised apart."""
+    techniques = max(1, halves.shape[2] // 6) if halves is not None else 1
+    return techniques * image.shape[0] * image.shape[1]

@@ -271,19 +271,22 @@ DenoisedHalves denoise_halves(const std::vector<float>& a, const std::vector<flo
   return d;
 }
 
-/// Two independent images of the same light.
-struct Halves {
-  std::vector<float> a, b;
-};
-bool is_known(const std::vector<float>& halves) {
-  return !halves.empty() && std::none_of(halves.begin(), halves.end(), [](float v) { return std::isnan(v); });
+bool is_known(const Halves& halves) {
+  const auto known = [](const std::vector<float>& image) {
+    return !image.empty() && std::none_of(image.begin(), image.end(), [](float v) { return std::isnan(v); });
+  };
+  return known(halves.a) && known(halves.b);
 }
-Halves separate(const std::vector<float>& halves) {
-  Halves result{std::vector<float>(halves.size() / 2), std::vector<float>(halves.size() / 2)};
-  for_pixels(halves.size() / 6, [&](size_t i) {
+constexpr size_t kHalfChannels = 6;  // of one technique
+/// Those of technique k of an image with `techniques` of them.
+Halves separate(const std::vector<float>& halves, size_t k, size_t techniques) {
+  const size_t pixels = halves.size() / (kHalfChannels * techniques);
+  Halves result{std::vector<float>(3 * pixels), std::vector<float>(3 * pixels)};
+  for_pixels(pixels, [&](size_t i) {
+    const float* from = &halves[kHalfChannels * (techniques * i + k)];
     for (size_t c = 0; c < 3; ++c) {
-      result.a[3 * i + c] = halves[6 * i + c];
-      result.b[3 * i + c] = halves[6 * i + 3 + c];
+      result.a[3 * i + c] = from[c];
+      result.b[3 * i + c] = from[3 + c];
     }
   });
   return result;
@@ -321,6 +324,35 @@ Combined combine(const Halves& halves, ImageSize size, const DenoiseFunction& de
   return result;
 }
 
+/// The image by one technique. `direct`: the part of the halves by direct paths; unknown: they are not separated.
+Denoised denoise_technique(const Halves& all, Halves direct, ImageSize size, const DenoiseFunction& denoiser,
+                           bool with_whole) {
+  std::vector<Halves> parts{all};
+  if (is_known(direct)) {
+    for (size_t i = 0; i < size.values(); ++i) {
+      parts[0].a[i] -= direct.a[i];
+      parts[0].b[i] -= direct.b[i];
+    }
+    parts.push_back(std::move(direct));
+  }
+  Denoised result{std::vector<float>(size.values()), std::vector<float>(size.values() / 3)};
+  std::vector<float> difference(size.values());
+  for (const Halves& part : parts) {
+    const Combined combined = combine(part, size, denoiser, with_whole);
+    for_pixels(size.values(), [&](size_t i) {
+      result.image[i] += combined.image[i];
+      difference[i] += combined.difference[i];
+    });
+  }
+  for_pixels(result.error.size(), [&](size_t i) {
+    for (size_t c = 3 * i; c < 3 * i + 3; ++c)
+      result.error[i] += 0.5f * difference[c] * difference[c] / (result.image[c] * result.image[c] + kDarkest) / 3.0f;
+  });
+  std::vector<float> scratch;
+  window_mean(result.error, {size.width, size.height, 1}, kErrorReach, scratch);
+  return result;
+}
+
 }  // namespace
 
 std::vector<float> rgb_of(const std::vector<float>& rgba) {
@@ -354,31 +386,18 @@ std::vector<float> limited(const std::vector<float>& image, const std::vector<fl
 
 Denoised denoise(const NoisyImage& noisy, const DenoiseFunction& denoiser, bool with_whole) {
   const ImageSize size{noisy.width, noisy.height, 3};
-  if (!is_known(noisy.halves)) return {run(denoiser, noisy.image), {}};
-  std::vector<Halves> parts{separate(noisy.halves)};
-  if (is_known(noisy.direct_halves)) {
-    parts.push_back(separate(noisy.direct_halves));
-    for (size_t i = 0; i < size.values(); ++i) {
-      parts[0].a[i] -= parts[1].a[i];
-      parts[0].b[i] -= parts[1].b[i];
-    }
+  const size_t pixels = size.values() / 3;
+  const size_t techniques = noisy.halves.size() / (kHalfChannels * pixels);
+  std::vector<TechniqueImage> images;
+  for (size_t k = 0; k < techniques; ++k) {
+    Halves all = separate(noisy.halves, k, techniques), direct;
+    if (!is_known(all)) continue;
+    if (!noisy.direct_halves.empty()) direct = separate(noisy.direct_halves, k, techniques);
+    Denoised denoised = denoise_technique(all, std::move(direct), size, denoiser, with_whole);
+    images.push_back({std::move(denoised), std::move(all)});
   }
-  Denoised result{std::vector<float>(size.values()), std::vector<float>(size.values() / 3)};
-  std::vector<float> difference(size.values());
-  for (const Halves& part : parts) {
-    const Combined combined = combine(part, size, denoiser, with_whole);
-    for_pixels(size.values(), [&](size_t i) {
-      result.image[i] += combined.image[i];
-      difference[i] += combined.difference[i];
-    });
-  }
-  for_pixels(result.error.size(), [&](size_t i) {
-    for (size_t c = 3 * i; c < 3 * i + 3; ++c)
-      result.error[i] += 0.5f * difference[c] * difference[c] / (result.image[c] * result.image[c] + kDarkest) / 3.0f;
-  });
-  std::vector<float> scratch;
-  window_mean(result.error, {size.width, size.height, 1}, kErrorReach, scratch);
-  return result;
+  if (images.empty()) return {run(denoiser, noisy.image), {}};
+  return images.size() == 1 ? std::move(images[0].denoised) : mean_of_techniques(images[0], images[1], size);
 }
 
 }  // namespace ajar

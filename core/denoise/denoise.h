@@ -24,6 +24,8 @@
 // render separates it ("Direct Halves" of film.h), both parts are denoised and combined apart, and added. This takes
 // twice the time, and the error is usually a tenth to a quarter smaller (docs/research/denoising.md).
 //
+// Two techniques can render one image. Each has its own halves and gives its own image (denoise/two_techniques.h).
+//
 // Single pixels that are far brighter than all their neighbours, and bright in one half only, are darkened before the
 // denoiser sees them, unless there are many of them around. They stay in N: coarse planes return their energy where it is
 // significant.
@@ -33,6 +35,7 @@
 #include <vector>
 
 #include "denoise/planes.h"
+#include "denoise/two_techniques.h"
 
 namespace ajar {
 
@@ -42,15 +45,9 @@ using DenoiseFunction = std::function<std::vector<float>(std::vector<float>)>;
 /// The colors of an image with four channels.
 std::vector<float> rgb_of(const std::vector<float>& rgba);
 
-struct Denoised {
-  std::vector<float> image;  ///< RGB
-  /// Of each pixel: estimate of the relMSE, squared error / (squared light + 0.01), mean over a window.
-  std::vector<float> error;
-};
-
-/// What is denoised. `halves`: the means of the even and of the odd samples of each pixel, six channels. A pixel without
-/// two halves is NaN there; then, and if `halves` is empty, `image` is denoised without a combination, and `error` is
-/// empty. `direct_halves`: the part of the halves by direct paths; empty, or NaN anywhere: they are not separated.
+/// What is denoised. `halves`: the means of the even and of the odd samples of each pixel, six channels for each of one or
+/// two techniques. A pixel without two halves is NaN there, and the technique does not count; then, and if `halves` is
+/// empty, `image` is denoised without a combination, and `error` is empty. `direct_halves`: the part of the halves by direct paths; empty, or NaN anywhere: they are not separated.
 struct NoisyImage {
   const std::vector<float>&image, &halves;  ///< image: RGB
   std::vector<float> direct_halves;

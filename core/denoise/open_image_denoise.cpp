@@ -60,14 +60,26 @@ bool goes_on(void* cancelled, double) { return !static_cast<const std::atomic<bo
 
 }  // namespace
 
+double denoise_seconds(DenoiseQuality quality, double pixels, bool separates) {
+  // Of a core for a pixel, with both halves and (High, Balanced) the whole.
+  constexpr double kHighSeconds = 15e-6, kBalancedSeconds = 5.2e-6, kFastSeconds = 2.2e-6;
+  const double twice = separates ? 2.0 : 1.0;
+  switch (quality) {
+    case DenoiseQuality::High: return twice * kHighSeconds * pixels;
+    case DenoiseQuality::Balanced: return twice * kBalancedSeconds * pixels;
+    case DenoiseQuality::Fast: return twice * kFastSeconds * pixels;
+    case DenoiseQuality::Fastest: break;
+  }
+  return kFastSeconds * pixels;
+}
+
 DenoiseQuality denoise_quality_for(double rays, double pixels, double free_seconds, bool separates) {
   constexpr double kMaxShare = 0.1;  // of the render
-  // Of a core for a pixel, with both halves and (not Fast) the whole.
-  constexpr double kHighSeconds = 15e-6, kBalancedSeconds = 5.2e-6, kFastSeconds = 2.2e-6;
-  const double allowed = std::max(kMaxShare * kDenoiseSecondsPerRay * rays, free_seconds) / (separates ? 2.0 : 1.0);
-  if (kHighSeconds * pixels <= allowed) return DenoiseQuality::High;
-  if (kBalancedSeconds * pixels <= allowed) return DenoiseQuality::Balanced;
-  return !separates || kFastSeconds * pixels <= allowed ? DenoiseQuality::Fast : DenoiseQuality::Fastest;
+  const double allowed = std::max(kMaxShare * kDenoiseSecondsPerRay * rays, free_seconds);
+  const auto fits = [&](DenoiseQuality quality) { return denoise_seconds(quality, pixels, separates) <= allowed; };
+  if (fits(DenoiseQuality::High)) return DenoiseQuality::High;
+  if (fits(DenoiseQuality::Balanced)) return DenoiseQuality::Balanced;
+  return !separates || fits(DenoiseQuality::Fast) ? DenoiseQuality::Fast : DenoiseQuality::Fastest;
 }
 
 struct OpenImageDenoise::Device {

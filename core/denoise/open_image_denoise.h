@@ -24,6 +24,8 @@ enum class DenoiseQuality {
 /// follows from fixed costs, not from the clock: frames of different machines agree. `separates`: direct light is
 /// denoised apart, which takes twice the time, except by Fastest.
 DenoiseQuality denoise_quality_for(double rays, double pixels, double free_seconds, bool separates);
+/// Seconds of a core that this quality is expected to take. As `denoise_quality_for` assumes.
+double denoise_seconds(DenoiseQuality quality, double pixels, bool separates);
 constexpr double kDenoiseSecondsPerRay = 0.5e-6;  ///< of a core, as `denoise_quality_for` assumes
 
 /// Thrown when `cancelled` is set while the library runs.

@@ -22,12 +22,6 @@ constexpr SplatRange kSplatRanges[] = {{0x1p-20f, 0x1p60}, {0x1p20f, 0x1p32}, {0
 constexpr int64_t kCarried = int64_t(1) << 62;
 
 bool is_guide_pass(const std::string& pass) { return pass == "Denoising Albedo" || pass == "Denoising Normal"; }
-/// Passes that are made from SampleAux.
-bool is_aux_pass(const std::string& pass) {
-  return pass == "Mist" || pass == "IndexOB" || pass == "IndexMA" || pass == "Depth" || pass == "Normal" ||
-         pass == "Position" || pass == "UV" || pass == "Albedo" || is_guide_pass(pass) || pass.starts_with("Share ");
-}
-
 constexpr std::array kShares{"Share BSDF",   "Share Light 1", "Share Light 2", "Share Cone",
                              "Share Lobe 1", "Share Lobe 2",  "Share Lobe 3"};
 
@@ -54,6 +48,11 @@ std::string names_of(const std::vector<PassInfo>& passes) {
 }
 
 }  // namespace
+
+bool is_surface_pass(const std::string& pass) {
+  return pass == "Mist" || pass == "IndexOB" || pass == "IndexMA" || pass == "Depth" || pass == "Normal" ||
+         pass == "Position" || pass == "UV" || pass == "Albedo" || is_guide_pass(pass) || pass.starts_with("Share ");
+}
 
 bool is_part_pass(const std::string& pass) {
   if (pass == "Emit" || pass == "Env" || pass == "VolumeDir" || pass == "VolumeInd") return true;
@@ -122,7 +121,7 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
     if (channels_of_pass(pass) == 0)
       throw std::invalid_argument("Unknown pass '" + pass + "'. Known passes: " + names_of(known_passes()) +
                                   ", and those of Cryptomatte, AOVs and light groups.");
-    wants_surface |= is_aux_pass(pass);
+    wants_surface |= is_surface_pass(pass);
     wants_parts |= is_part_pass(pass);
     wants_guides |= is_guide_pass(pass);
   }
@@ -138,7 +137,7 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
 }
 
 uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool splats) {
-  const bool aux = std::any_of(passes.begin(), passes.end(), is_aux_pass),
+  const bool aux = std::any_of(passes.begin(), passes.end(), is_surface_pass),
              guides = std::any_of(passes.begin(), passes.end(), is_guide_pass),
              parts = std::any_of(passes.begin(), passes.end(), is_part_pass);
   const auto separate = size_t(std::count_if(passes.begin(), passes.end(), [](const std::string& pass) {
@@ -436,7 +435,7 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
   if (pass == "Shadow Catcher" || (caught_.enabled() && (pass == "Combined" || pass == "Halves")))
     return resolve_caught(pass, exposure, channels);
   std::vector<float> out(pixels_.size() * channels, 0.0f);
-  if ((is_aux_pass(pass) && aux_.empty()) || (is_guide_pass(pass) && guides_.empty()) ||
+  if ((is_surface_pass(pass) && aux_.empty()) || (is_guide_pass(pass) && guides_.empty()) ||
       (is_part_pass(pass) && parts_.empty()))
     return out;
   const bool is_extra = ExtraPasses::makes(pass);

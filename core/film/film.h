@@ -70,6 +70,8 @@ struct SampleParts {
   std::vector<Color> groups;
   Color direct_paths{0.0f};  ///< for Film::add_direct
 };
+/// Whether a pass is made from SampleAux.
+bool is_surface_pass(const std::string& pass);
 /// Whether a pass is made from SampleParts, which not all integrators provide.
 bool is_part_pass(const std::string& pass);
 

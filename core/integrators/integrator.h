@@ -111,7 +111,7 @@ struct IntegratorInfo {
   /// Can use vertex merging (transport/bidirectional/vertex_merging.h), which makes it consistent.
   bool can_merge = false;
   bool follows_hints = false;          ///< follows the artist's light hints (transport/hints/hint_guide.h)
-  bool automatic = false;              ///< stands for the choice of a technique (render/technique_choice.h)
+  bool automatic = false;              ///< stands for the choice of a technique (choice/technique_choice.h)
   bool has_direct_methods = false;     ///< samples direct light by the method of the settings
   bool can_guide = false;              ///< supports path guiding (transport/guiding/path_guide.h)
   bool gathers_photons = false;        ///< stores photons and looks them up

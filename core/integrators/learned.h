@@ -10,6 +10,7 @@
 // of control variates), because it is wrong when the pixels show something else.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -31,6 +32,15 @@ struct Learned {
     }
   };
   static constexpr uint32_t kMaxAge = 24;  ///< of the choice, in frames
+  /// A second technique that renders the same image with a part of the work (choice/mixture.h). Pairs of numbers are
+  /// those of the first and of the second.
+  struct Second {
+    std::string integrator;
+    double share = 0.0;                        ///< of the work
+    std::array<double, 2> ray_cost{1.0, 1.0};  ///< work for a ray
+    std::array<double, 2> noise{1.0, 1.0};     ///< relMSE times work, before denoising
+    double denoise_seconds = 0.0;              ///< of a core, to denoise its image
+  };
   /// A guide with more cells (about 60 MB) is not passed on, so that a long flight through a large scene does not fill
   /// the memory.
   static constexpr size_t kMaxCells = 100'000;
@@ -40,8 +50,15 @@ struct Learned {
   uint32_t frames = 0;  ///< of the animation so far, including this one: each has its own random numbers
   Vec3 center{0.0f};    ///< of the scene
   float radius = 0.0f;
+  /// Whether a scene has about the same place and size. Its objects may differ.
+  bool is_of_scene(Vec3 its_center, float its_radius) const {
+    const float ratio = its_radius / radius;
+    return glm::length(its_center - center) < 0.5f * radius && ratio < 2.0f && ratio > 0.5f;
+  }
 
-  std::optional<Choice> choice;  ///< of the integrator
+  std::optional<Choice> choice;    ///< of the integrator
+  std::optional<Second> second;    ///< chosen with it
+  Guiding guiding = Guiding::Off;  ///< the same
 
   // Set by integrators. Null: nothing learned.
   std::shared_ptr<const PathGuide::Past> guide;   ///< guide of paths

@@ -17,7 +17,7 @@ namespace ajar {
 namespace {
 
 constexpr IntegratorInfo kIntegrators[] = {
-    // The session replaces "auto" by the choice of render/technique_choice.h. Made directly, it is path tracing.
+    // The session replaces "auto" by the choice of choice/technique_choice.h. Made directly, it is path tracing.
     {.name = "auto",
      .number = 0,
      .label = "Auto",

@@ -37,6 +37,10 @@ void add_render(const SessionState& d, json& j) {
   j["version"] = AJAR_VERSION;
   j["state"] = name_of(d.progress.phase);
   j["integrator"] = d.integrator_name;
+  if (d.mixture)
+    j["second_technique"] = {{"integrator", d.mixture->choice().integrator},
+                             {"share_of_work", d.mixture->choice().share},
+                             {"samples_per_pixel", d.mixture->done()}};
   j["direct"] = name_of(d.settings.direct);
   j["guiding"] = name_of(d.settings.guiding);
   j["vertex_merging"] = name_of(d.settings.vertex_merging);
@@ -70,11 +74,11 @@ void add_samples(const SessionState& d, json& j) {
   if (d.film) {
     const Film::SampleCounts& counts = d.sample_counts;
     j["samples_per_pixel"] = {{"mean", d.samples_before() + counts.mean}, {"min", counts.min}, {"max", counts.max}};
-    j["refused_samples"] = d.film->refused();
+    j["refused_samples"] = d.refused;
     j["film_bytes"] = d.film_bytes;
   }
   if (d.integrator) {
-    const Bias bias = d.integrator->bias();
+    const Bias bias = d.mixture ? d.mixture->bias(*d.integrator) : d.integrator->bias();
     j["bias"] = name_of(d.image_plan && d.integrator->goal_support().learns ? std::max(bias, Bias::Consistent) : bias);
   }
 }

@@ -68,18 +68,25 @@ void Session::show_pictures(bool shown) { worker_->state()->shows_pictures = sho
 
 std::optional<ViewPicture> Session::take_picture() { return std::exchange(worker_->state()->picture, std::nullopt); }
 
-std::vector<float> Session::snapshot(const std::string& pass, int* width) const {
+std::vector<float> Session::snapshot(const std::string& pass, PassSize* size) const {
   const auto state = worker_->state();
-  if (width) *width = state->film ? state->film->width() : 0;
-  if (state->film && state->film_idle) return state->resolve(pass);
-  state->wanted.insert(pass);
-  const auto found = state->published.find(pass);
-  return found == state->published.end() ? std::vector<float>{} : found->second;
+  std::vector<float> values;
+  if (state->film && state->film_idle) {
+    values = state->resolve(pass);
+  } else {
+    state->wanted.insert(pass);
+    if (const auto found = state->published.find(pass); found != state->published.end()) values = found->second;
+  }
+  if (size && state->film) {
+    const int width = state->film->width(), height = state->film->height();
+    *size = {width, height, int(values.size() / (size_t(width) * size_t(height)))};
+  }
+  return values;
 }
 
 PhotonPoints Session::photons(uint64_t max_photons) const {
   const auto state = worker_->state();
-  if (state->integrator && state->film_idle) return state->integrator->photons(max_photons);
+  if (state->integrator && state->film_idle) return state->photons(max_photons);
   state->wanted_photons = max_photons;
   return state->published_photons;
 }
@@ -103,6 +110,8 @@ std::shared_ptr<const Learned> Session::learned() const {
   learned->center = state->scene->center();
   learned->radius = state->scene->radius();
   learned->choice = state->choice;
+  learned->second = state->second;
+  learned->guiding = state->settings.guiding;
   state->integrator->hand_on(*learned);
   return learned;
 }

@@ -52,6 +52,11 @@ struct ErrorPoint {
   double seconds, samples, relmse, perceptual;
 };
 
+/// Of a pass; the numbers are 0 if there is no image.
+struct PassSize {
+  int width = 0, height = 0, channels = 0;
+};
+
 class Session {
  public:
   Session();
@@ -106,8 +111,8 @@ class Session {
   std::vector<HintReport> hint_reports() const;
 
   /// A pass as floats at the last iteration boundary; empty before the first. Rows from the bottom up.
-  /// `width`: if given, receives that of the pass.
-  std::vector<float> snapshot(const std::string& pass, int* width = nullptr) const;
+  /// `size`: if given, receives that of the pass.
+  std::vector<float> snapshot(const std::string& pass, PassSize* size = nullptr) const;
   /// Up to `max_photons` photons of the last pass at the last iteration boundary, and their total number; empty for
   /// integrators without photons. Photons are kept only on request, so during a render the result is that of the first
   /// boundary after a request.

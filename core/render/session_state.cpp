@@ -35,6 +35,7 @@ void SessionState::begin(const Job& job) {
   pilot_seconds = 0.0;
   technique_steps.clear();
   choice.reset();
+  second.reset();
   threads = std::min(settings.threads > 0 ? settings.threads : default_threads(), kMaxThreads);
   if (!job.description) return;
   diagnostics.clear();
@@ -47,6 +48,7 @@ void SessionState::begin_film() {
   range.reset();
   continued.reset();
   samples_in_film = 0;
+  mixture.reset();
   integrator.reset();  // before the scene that it holds changes
   film.reset();
   image_plan.reset();
@@ -79,13 +81,24 @@ DenoiserInput SessionState::denoiser_input() const {
           film->height()};
 }
 
+PhotonPoints SessionState::photons(uint64_t max_count) const {
+  PhotonPoints found = integrator->photons(max_count);
+  return mixture && found.stored == 0 ? mixture->second().photons(max_count) : found;
+}
+
 void SessionState::measure_film() {
   sample_counts = film->sample_counts();
   film_bytes = film->memory_bytes();
+  refused = film->refused();
+  if (!mixture) return;
+  mixture->add_to(sample_counts);
+  film_bytes += mixture->film().memory_bytes();
+  refused += mixture->film().refused();
 }
 
 std::vector<float> SessionState::resolve(const std::string& pass) const {
   std::vector<float> values = film->resolve(pass, settings.exposure);
+  if (mixture) return mixture->of_both(pass, std::move(values), *integrator, settings.exposure);
   if (!base) return values;
   const auto before = base->passes.find(pass);
   if (before == base->passes.end()) return values;

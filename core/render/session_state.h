@@ -16,6 +16,7 @@
 #include "integrators/learned.h"
 #include "render/checkpoint.h"
 #include "render/clock.h"
+#include "choice/mixture.h"
 #include "render/session.h"
 #include "render/stopping_policy.h"
 #include "view/view_pictures.h"
@@ -55,6 +56,8 @@ struct SessionState {
   std::unique_ptr<Integrator> integrator;      ///< belongs to the worker while it renders
   std::unique_ptr<Film> film;                  ///< belongs to the worker until it is idle
   std::unique_ptr<ImagePlan> image_plan;       ///< null: all pixels get the same number of samples
+  std::optional<Learned::Second> second;       ///< chosen besides `integrator`
+  std::unique_ptr<Mixture> mixture;            ///< with it; null: there is none. Belongs to the worker as the film does
   bool film_idle = false;                      ///< no thread writes to the film: it may be resolved directly
   uint32_t seed = 0;                           ///< in use: a resumed render has its own
   uint64_t view_fingerprint = 0;               ///< 0: unknown
@@ -78,6 +81,7 @@ struct SessionState {
   std::vector<ErrorPoint> error_over_time;
   Film::SampleCounts sample_counts{};  ///< of the film at the last iteration boundary
   uint64_t film_bytes = 0;
+  uint64_t refused = 0;  ///< samples without a finite value
   std::map<std::string, std::vector<float>> published;
   std::optional<Checkpoint> published_checkpoint;
   PhotonPoints published_photons;
@@ -94,6 +98,8 @@ struct SessionState {
   void measure_film();
   /// A pass of all samples so far, including those of a checkpoint. Only while nothing writes to the film.
   std::vector<float> resolve(const std::string& pass) const;
+  /// Those of the technique that has photons.
+  PhotonPoints photons(uint64_t max_count) const;
   /// The passes for a denoiser; guides only if the settings ask for them. Only while nothing writes to the film.
   DenoiserInput denoiser_input() const;
   /// The range of samples that the owner asks for, or the one of the checkpoint.

@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "render/session_worker.h"
-#include "render/technique_choice.h"
+#include "choice/technique_choice.h"
 #include "view/surface_detail.h"
 #include "view/surface_guides.h"
 

@@ -11,7 +11,7 @@
 #include "render/deadline.h"
 #include "render/importance_map.h"
 #include "render/memory_estimate.h"
-#include "render/technique_choice.h"
+#include "choice/technique_choice.h"
 #include "scene/path_tracing_only.h"
 
 namespace ajar {
@@ -19,21 +19,7 @@ namespace ajar {
 namespace {
 
 constexpr uint32_t kImportancePilot = 0x6c676874u;  // for a separate seed
-constexpr double kPilotTimeShare = 0.25;            // maximum share of a time limit for the choice of a technique
 constexpr double kMaxDropped = 1e-3;                // coverage of mattes without a rank that is not reported
-
-/// Whether the scene has about the same place and size. Its objects may differ.
-bool is_scene_of(const Scene& scene, const Learned& before) {
-  const float ratio = scene.radius() / before.radius;
-  return glm::length(scene.center() - before.center) < 0.5f * before.radius && ratio < 2.0f && ratio > 0.5f;
-}
-
-/// Whether the technique that was chosen for earlier frames probably suits this one. Not for a render that continues
-/// from a checkpoint.
-bool takes_choice_of(const Scene& scene, const Learned& before, const Learned::Choice& here) {
-  return before.choice->age < Learned::kMaxAge && is_scene_of(scene, before) &&
-         before.choice->is_near(here, before.radius);
-}
 
 /// Gives the integrator what the previous frame has learned, and reports what it uses.
 PlanSteps use_learned(const SessionState& state, Integrator& chosen) {
@@ -43,7 +29,7 @@ PlanSteps use_learned(const SessionState& state, Integrator& chosen) {
                               : learned.integrator != state.integrator_name
                                   ? "that frame was rendered by " +
                                         std::string(find_integrator(learned.integrator).label)
-                              : !is_scene_of(*state.scene, learned)
+                              : !learned.is_of_scene(state.scene->center(), state.scene->radius())
                                   ? "that frame shows a scene of another size or place"
                                   : "";
   if (!why_not.empty()) return {{"learned in the frame before", false, why_not, ""}};
@@ -75,8 +61,10 @@ void check_base(const SessionState& state, const RenderSettings& s) {
 /// Only while nothing writes to the film.
 void estimate_error(SessionState& state, double seconds, uint64_t done) {
   const auto start = Clock::now();
-  const Film::ErrorEstimate estimate = state.film->estimated_error(state.samples_in_film + uint32_t(done));
-  if (std::has_single_bit(done)) state.film->remember(state.samples_in_film + uint32_t(done));
+  const auto of_first = uint32_t(done - (state.mixture ? state.mixture->done() : 0));
+  Film::ErrorEstimate estimate = state.film->estimated_error(state.samples_in_film + of_first);
+  if (state.mixture) estimate = state.mixture->error_of_both(estimate, *state.integrator);
+  if (std::has_single_bit(of_first)) state.film->remember(state.samples_in_film + of_first);
   state.progress.estimated_relmse = estimate.relmse;
   state.progress.estimated_perceptual_error = estimate.perceptual;
   if (estimate.relmse >= 0.0)
@@ -170,23 +158,6 @@ void SessionWorker::work() {
   }
 }
 
-/// What only path tracing renders is rendered by it, whatever technique is asked for.
-void SessionWorker::use_path_tracing_where_others_fail(Job& job) {
-  replaced_integrator_.clear();
-  RenderSettings& settings = job.description ? job.description->settings : job.settings;
-  if (settings.integrator == "path") return;
-  replaced_because_ = job.description ? path_tracing_only(*job.description)
-                                      : path_tracing_only(state_.lock()->scene.get(), job.camera, settings);
-  if (replaced_because_.empty()) return;
-  const IntegratorInfo& asked = find_integrator(settings.integrator);
-  if (asked.automatic)  // path tracing is one of its choices
-    state_.lock()->technique_steps = {
-        {"technique", true, "path tracing: the others do not render " + replaced_because_, ""}};
-  else
-    replaced_integrator_ = asked.label;
-  settings.integrator = "path";
-}
-
 void SessionWorker::run(Job job) {
   const auto start = Clock::now();
   use_path_tracing_where_others_fail(job);
@@ -245,47 +216,6 @@ void SessionWorker::build(Job& job) {
   state->diagnostics = std::move(found);
   state->hints = std::move(hints);
   state->scene = std::move(built);
-}
-
-/// Chooses the technique for the scene by a pilot, which the plan then lists.
-std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camera) {
-  std::shared_ptr<Scene> scene;
-  std::shared_ptr<const Learned> learned;
-  std::shared_ptr<const AttachedHints> hints;
-  double seconds;
-  {
-    const auto state = state_.lock();
-    state->progress.step = "Choosing a technique";
-    scene = state->scene;
-    hints = state->hints;
-    if (!state->base) learned = state->learned;
-    seconds = state->settings.seconds;
-  }
-  Learned::Choice here = place_of(scene->camera());
-  TechniqueChoice made;
-  PlanSteps steps;
-  if (learned && learned->choice && takes_choice_of(*scene, *learned, here)) {
-    made.settings = scene->settings();
-    made.settings.integrator = learned->integrator;
-    here = *learned->choice;
-    ++here.age;
-    const std::string age = here.age == 1 ? "one frame" : std::to_string(here.age) + " frames";
-    steps = {{"technique", true,
-              std::string(find_integrator(learned->integrator).label) + ": as chosen " + age + " before", ""}};
-  } else {
-    std::optional<Deadline> deadline;
-    if (seconds > 0.0) deadline.emplace(limit_start_ + seconds_of(kPilotTimeShare * seconds), state_, stop_);
-    made = choose_technique(scene, camera, deadline ? deadline->passed() : stop_, hints);
-    steps = made.plan();
-  }
-  auto chosen = make_integrator(made.settings.integrator);
-  const auto state = state_.lock();
-  scene->change_view(camera, std::move(made.settings));
-  state->technique_steps = std::move(steps);
-  state->integrator_name = scene->settings().integrator;
-  state->pilot_seconds = made.seconds;
-  state->choice = here;
-  return chosen;
 }
 
 /// A seed that neither the renders of the checkpoint nor the frame that has trained the learned data have used.
@@ -355,12 +285,13 @@ void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_poin
     plan = make_render_plan(*scene, find_integrator(state->integrator_name), state->hints);
     for (const std::string& warning : plan.warnings) state->warn(warning);
   }
-  const RenderSettings& s = scene->settings();
+  RenderSettings s = scene->settings();
   uint32_t seed = own_seed(s);
   auto film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
   chosen->prepare(scene, plan, seed);
   PlanSteps learned_steps = take_range(scene, plan, *chosen, film, seed);
   for (PlanStep& step : use_learned(*state_.lock(), *chosen)) learned_steps.push_back(std::move(step));
+  std::unique_ptr<Mixture> mixture = make_mixture(scene, seed);
   const GoalSupport support = chosen->goal_support();
   const bool adapts = s.image == ImageSampling::PmcIp && support.follows;
   std::unique_ptr<ImagePlan> image_plan = adapts ? make_image_plan(s, support, seed) : nullptr;
@@ -384,10 +315,14 @@ void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_poin
          "a pilot of path tracing measures where the light of groups with an importance other than 1 arrives",
          "the pilot"});
   state->image_plan = std::move(image_plan);
+  // The owner ends the render in time for one image to be denoised. With a mixture, there are two.
+  if (mixture && s.seconds > 0.0)
+    s.seconds = std::max(0.5 * s.seconds, s.seconds - mixture->choice().denoise_seconds / state->threads);
   state->settings = s;
   state->seed = seed;
   state->film = std::move(film);
   state->integrator = std::move(chosen);
+  state->mixture = std::move(mixture);
   state->policy = StoppingPolicy(s, state->samples_before() + double(state->samples_in_film));
   state->progress.phase = Progress::Phase::Rendering;
   state->progress.step = "Rendering";
@@ -404,6 +339,31 @@ void SessionWorker::wait_while_paused() {
   limit_start_ += Clock::now() - start;
 }
 
+/// Renders the next samples by the technique whose turn it is, and returns their number.
+int SessionWorker::run_iteration(Render& render, double elapsed, const std::atomic<bool>* deadline) {
+  Mixture* mixture = render.mixture;
+  const bool is_second = mixture && render.done > 0 && mixture->is_due(render.integrator);
+  Integrator& integrator = is_second ? mixture->second() : render.integrator;
+  ImagePlan* image_plan = is_second ? nullptr : render.image_plan;
+  const uint64_t done = is_second ? mixture->done() : render.done, all = render.done + (mixture ? mixture->done() : 0);
+  int samples;
+  {
+    const auto state = state_.lock();
+    samples = state->policy.next_samples(elapsed, done, image_plan, integrator.goal_support());
+    if (render.settings.samples > 0) samples = std::max(1, std::min(samples, render.settings.samples - int(all)));
+  }
+  // The first samples of each technique are complete, so that its image has no holes.
+  const std::atomic<bool>& stop = deadline && done > 0 ? *deadline : stop_;
+  if (image_plan) image_plan->plan(render.film, uint32_t(done) + uint32_t(samples));
+  integrator.run_iteration(is_second ? mixture->film() : render.film, samples, stop);
+  if (stop.load()) return samples;
+  if (is_second)
+    mixture->add_done(uint64_t(samples));
+  else
+    render.done += uint64_t(samples);
+  return samples;
+}
+
 /// A time limit can end an iteration at any point. Pixels keep the samples that they have, and chains are weighted by
 /// the steps that they took. This end does not depend on the values of samples, except that started samples are
 /// finished. The first sample of each pixel is always taken, so that the image has no holes.
@@ -417,9 +377,9 @@ void SessionWorker::render_all() {
     rendering = state->pilot_seconds;
     complete = state->samples_in_film > 0 && state->policy.enough(0.0, 0.0, -1.0);
     state->policy.remaining_time.begin(seconds_since(limit_start_));
-    return Render{*state->integrator, *state->film, state->image_plan.get(), state->settings};
+    return Render{*state->integrator, *state->film, state->image_plan.get(), state->mixture.get(), state->settings};
   };
-  const Render render = owned();
+  Render render = owned();
   const double limit = render.settings.seconds;
   // A time limit counts all the time since the build.
   const auto elapsed = [&] { return limit > 0.0 ? seconds_since(limit_start_) : rendering; };
@@ -428,12 +388,9 @@ void SessionWorker::render_all() {
     if (done > 0) wait_while_paused();
     std::optional<Deadline> deadline;
     if (limit > 0.0) deadline.emplace(limit_start_ + seconds_of(limit), state_, stop_);
-    const int samples = state_.lock()->policy.next_samples(elapsed(), done, render.image_plan,
-                                                           render.integrator.goal_support());
-    const auto start = Clock::now();
-    if (render.image_plan) render.image_plan->plan(render.film, uint32_t(done) + uint32_t(samples));
     const bool may_be_cut = deadline && done > 0;
-    render.integrator.run_iteration(render.film, samples, may_be_cut ? deadline->passed() : stop_);
+    const auto start = Clock::now();
+    const int samples = run_iteration(render, elapsed(), may_be_cut ? &deadline->passed() : nullptr);
     rendering += seconds_since(start);
     const bool cut = may_be_cut && deadline->passed().load() && !stop_.load();
     if (!cut) done += uint64_t(samples);
@@ -475,6 +432,7 @@ void SessionWorker::publish(double seconds, uint64_t done, bool cut) {
                                       "This light hint is not used: " + hint.report.reason + "."});
   }
   state->statistics = integrator.statistics();
+  if (state->mixture) state->mixture->add_to(state->statistics);
   state->measure_film();
   if (state->film->dropped_mattes() > kMaxDropped)
     report_once(state->diagnostics,
@@ -490,7 +448,7 @@ void SessionWorker::publish(double seconds, uint64_t done, bool cut) {
   ++progress.iteration;
   for (const std::string& pass : state->wanted) state->published[pass] = state->resolve(pass);
   state->wanted.clear();
-  if (state->wanted_photons > 0) state->published_photons = integrator.photons(std::exchange(state->wanted_photons, 0));
+  if (state->wanted_photons > 0) state->published_photons = state->photons(std::exchange(state->wanted_photons, 0));
   if (state->checkpoint_wanted) keep_checkpoint(*state);
   state.notify();
 }

@@ -32,7 +32,9 @@ class SessionWorker {
     Integrator& integrator;
     Film& film;
     ImagePlan* image_plan;  ///< null: all pixels get the same number of samples
+    Mixture* mixture;       ///< null: there is no second technique
     RenderSettings settings;
+    uint64_t done = 0;  ///< samples per pixel of `integrator`
   };
 
   void work();
@@ -40,6 +42,7 @@ class SessionWorker {
   void build(Job& job);
   void use_path_tracing_where_others_fail(Job& job);
   std::unique_ptr<Integrator> choose(const CameraDescription& camera);
+  std::unique_ptr<Mixture> make_mixture(const std::shared_ptr<const Scene>& scene, uint32_t seed);
   uint32_t own_seed(const RenderSettings& settings);
   std::unique_ptr<ImagePlan> make_image_plan(const RenderSettings& settings, const GoalSupport& support, uint32_t seed);
   void prepare(std::unique_ptr<Integrator> chosen, Clock::time_point start);
@@ -47,6 +50,7 @@ class SessionWorker {
                        std::unique_ptr<Film>& film, uint32_t& seed);
   void keep_checkpoint(SessionState& state);
   void render_all();
+  int run_iteration(Render& render, double elapsed, const std::atomic<bool>* deadline);
   void render_view(const CameraDescription& camera, Clock::time_point start);
   void begin_view(const RenderSettings& settings);
   bool changes_technique(uint64_t done, double seconds);

@@ -403,6 +403,7 @@ TEXTS = {
     "Refused samples": "Verworfene Abtastwerte",
     "Export and build": "Export und Aufbau",
     "Rendering": "Rendern",
+    "{first} and {second}": "{first} und {second}",
     "{seconds:.2f} s with {threads} threads": "{seconds:.2f} s mit {threads} Threads",
     "Peak memory": "Höchster Speicherbedarf",
     "Triangles": "Dreiecke",

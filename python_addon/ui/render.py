@@ -390,7 +390,10 @@ class AJAR_RENDER_PT_texture_size(SimplifyPanel, Panel):
 
 def _statistics(values: dict) -> list[tuple[str, str]]:
     """Names and values as text. The panel translates the names."""
-    label = next((info.label for info in ajar.integrator_list() if info.name == values["integrator"]), values["integrator"])
+    labels = {info.name: info.label for info in ajar.integrator_list()}
+    label = labels.get(values["integrator"], values["integrator"])
+    if second := values.get("second_technique"):
+        label = interface("{first} and {second}", first=interface(label), second=interface(labels.get(second["integrator"], second["integrator"])))
     words = [label, values["bias"].capitalize()] if values.get("bias") else [label]
     rows = [("Integrator", ", ".join(map(interface, words)))]
     if "samples_per_pixel" in values:

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "math/random.h"
-#include "render/pilot_comparison.h"
+#include "choice/pilot_comparison.h"
 
 namespace ajar::test_pilot_comparison {
 

@@ -1,4 +1,4 @@
-#include "render/technique_choice.h"
+#include "choice/technique_choice.h"
 
 #include <algorithm>
 #include <array>
@@ -6,8 +6,10 @@
 #include <cmath>
 #include <span>
 
+#include "denoise/open_image_denoise.h"
 #include "integrators/integrator.h"
 #include "math/random.h"
+#include "choice/mixture.h"
 #include "transport/photons/photon_tracer.h"
 
 namespace ajar {
@@ -59,6 +61,9 @@ constexpr double kEasyRelmse = 0.05;
 /// Path tracing finds most of the light if the same sum is below this and the second technique is hopeless. Path guiding
 /// is not measured then.
 constexpr double kModerateRelmse = 0.3;
+
+/// A second technique takes part in the render if its predicted error is at most this many times that of the first.
+constexpr double kMaxRatioOfSecond = 3.0;
 
 std::string text(double value) {
   char buffer[32];
@@ -253,6 +258,7 @@ std::vector<const Candidate*> candidates_of(const Scene& scene, std::string& lef
 struct Trials {
   std::vector<TechniqueTrial> trials;  ///< of the first techniques in the order
   bool finds_light = false;            ///< path tracing has found nearly all light
+  double rays_asked = 0.0;             ///< of path tracing with the samples of the render
 };
 
 /// Runs pilots of `candidates` until it is clear that no further technique can be better. Changes the view of the scene.
@@ -267,6 +273,7 @@ Trials run_trials(const Tried& tried, std::span<const Candidate* const> candidat
     if (stop.load()) break;
     all.trials = trials_of(pilots, tried, small, samples_asked);
     if (pilots.size() == 1) {
+      all.rays_asked = samples_asked * pilots[0].rays / (kPilotSamples * double(small.width) * small.height);
       unfound = all.trials[0].relmse + unlit_share(*tried.scene, pilots[0]);
       all.finds_light = unfound < kEasyRelmse;
       if (all.finds_light) break;
@@ -281,6 +288,35 @@ Trials run_trials(const Tried& tried, std::span<const Candidate* const> candidat
     }
   }
   return all;
+}
+
+/// Predicted error of a technique, by both sums, times the factor by which it must be better than path tracing.
+double weighed(const PilotNoise& cost, double factor) { return factor * std::sqrt(cost.whole * cost.typical); }
+
+/// The technique that renders the same image besides the best one; none if it is predicted to be much worse, or if
+/// denoising a second image would take too much of the render. `rays`: of the render.
+std::optional<Learned::Second> second_technique(const std::vector<TechniqueTrial>& trials,
+                                                std::span<const Candidate* const> candidates, size_t best,
+                                                const RenderSettings& asked, double rays) {
+  const DenoiseQuality quality = denoise_quality_for(rays, 2.0 * asked.width * asked.height, 0.0, true);
+  if (quality != DenoiseQuality::High && quality != DenoiseQuality::Balanced) return std::nullopt;
+  size_t second = best;
+  double least = kInfinity;
+  for (size_t k = 0; k < trials.size(); ++k) {
+    const double error = weighed(trials[k].cost, candidates[k]->clearly);
+    if (k == best || !(error > 0.0) || error >= least) continue;
+    least = error;
+    second = k;
+  }
+  const double of_best = weighed(trials[best].cost, candidates[best]->clearly), ratio = std::max(1.0, least / of_best);
+  if (second == best || !(ratio <= kMaxRatioOfSecond)) return std::nullopt;
+  const auto noise = [&](size_t k) { return trials[k].relmse * trials[k].rays * candidates[k]->ray_cost; };
+  if (!(noise(best) > 0.0) || !(noise(second) > 0.0)) return std::nullopt;
+  return Learned::Second{candidates[second]->integrator,
+                         1.0 / (1.0 + ratio),
+                         {candidates[best]->ray_cost, candidates[second]->ray_cost},
+                         {noise(best), noise(second)},
+                         denoise_seconds(quality, double(asked.width) * asked.height, true)};
 }
 
 }  // namespace
@@ -298,6 +334,11 @@ PlanSteps TechniqueChoice::plan() const {
                                    text(path.typical / trial.cost.typical) + ")"
                              : "")});
   }
+  if (second)
+    plan.push_back({"second technique", true,
+                    std::string(find_integrator(second->integrator).label) + " has " + text(100.0 * second->share) +
+                        " % of the work: it may be as good after denoising",
+                    "a second image, which is denoised apart"});
   return plan;
 }
 
@@ -307,7 +348,8 @@ Learned::Choice place_of(const Camera& camera) {
 }
 
 TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const CameraDescription& camera,
-                                 const std::atomic<bool>& stop, std::shared_ptr<const AttachedHints> hints) {
+                                 const std::atomic<bool>& stop, std::shared_ptr<const AttachedHints> hints,
+                                 bool may_mix) {
   const auto start = std::chrono::steady_clock::now();
   const RenderSettings asked = scene->settings();
   TechniqueChoice choice;
@@ -357,8 +399,11 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   }
   const size_t best = clearly_best(costs, factors);
   choice.settings.integrator = candidates[best]->integrator;
+  if (may_mix && asked.denoised && can_mix(asked.passes))
+    choice.second = second_technique(choice.trials, candidates, best, asked, all.rays_asked);
   // Guiding makes the independent noise of path tracing smaller, and is measured before it is used.
-  if (best == 0 && !all.finds_light && asked.guiding == Guiding::Off) choice.settings.guiding = Guiding::Auto;
+  const bool uses_paths = best == 0 || (choice.second && choice.second->integrator == kPath.integrator);
+  if (uses_paths && !all.finds_light && asked.guiding == Guiding::Off) choice.settings.guiding = Guiding::Auto;
   choice.name = candidates[best]->name;
   choice.reason = costs.size() == 1 ? "its error in the pilot is small"
                   : best == 0       ? "no other technique is clearly better"

@@ -1,4 +1,4 @@
-#include "render/pilot_comparison.h"
+#include "choice/pilot_comparison.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include "math/warps.h"
-#include "render/technique_choice.h"
+#include "choice/technique_choice.h"
 #include "transport_scenes.h"
 
 namespace ajar::test_technique_choice {
@@ -40,7 +40,7 @@ SceneDescription bulb_in_glass() {
   return d;
 }
 
-TechniqueChoice choose(SceneDescription d, int threads = 1) {
+TechniqueChoice choose(SceneDescription d, int threads = 1, bool may_mix = false) {
   d.settings.samples = 256;
   d.settings.integrator = "auto";
   Diagnostics diagnostics;
@@ -50,7 +50,7 @@ TechniqueChoice choose(SceneDescription d, int threads = 1) {
   arena.execute([&] {
     const std::shared_ptr<Scene> scene = Scene::build(std::move(d), {}, diagnostics);
     const RenderSettings before = scene->settings();
-    choice = choose_technique(scene, camera, kGoOn);
+    choice = choose_technique(scene, camera, kGoOn, nullptr, may_mix);
     EXPECT_TRUE(scene->settings() == before) << "the settings have not changed";
     EXPECT_EQ(scene.use_count(), 1) << "no reference to the scene remains";
   });
@@ -94,6 +94,20 @@ TEST(TechniqueChoice, a_denoised_image_of_occluded_light_tries_all_techniques) {
   const TechniqueChoice choice = choose(std::move(d));
   EXPECT_EQ(choice.trials.size(), 4u);
   EXPECT_NE(choice.settings.integrator, "path");
+}
+
+TEST(TechniqueChoice, only_a_denoised_image_has_a_second_technique) {
+  for (const bool denoised : {false, true})
+    for (const bool may_mix : {false, true}) {
+      SceneDescription d = hidden_lamp();
+      d.settings.denoised = denoised;
+      const TechniqueChoice choice = choose(std::move(d), 1, may_mix);
+      EXPECT_EQ(choice.second.has_value(), denoised && may_mix);
+      EXPECT_EQ(choice.plan().back().step == "second technique", choice.second.has_value());
+    }
+  SceneDescription easy = lit_hair();
+  easy.settings.denoised = true;
+  EXPECT_FALSE(choose(std::move(easy), 1, true).second);
 }
 
 TEST(TechniqueChoice, a_denoised_image_of_light_that_paths_find_ends_the_pilot_early) {

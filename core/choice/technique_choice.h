@@ -2,7 +2,7 @@
 //
 // Every technique that could be efficient renders the same small image of the scene twice, with few samples and
 // independent seeds. The two images give its noise and, compared with the images of others, its bias
-// (render/pilot_comparison.h). From these follows the error with which the requested render would end, if noise falls
+// (choice/pilot_comparison.h). From these follows the error with which the requested render would end, if noise falls
 // with the rays and bias as its radii shrink. Rays are counted, not timed, and weighted by the cost of a ray in that
 // technique, so that the same seed gives the same choice. The images of the pilot are discarded: a choice by samples
 // that it keeps would prefer those that missed something bright.
@@ -11,17 +11,20 @@
 // early if path tracing has a small error, or if the second technique is hopeless.
 //
 // If the image will be denoised (RenderSettings::denoised), the noise that counts is the noise that a denoiser leaves:
-// that of means over small windows. Independent noise nearly vanishes there, that of chains does not.
+// that of means over small windows. Independent noise nearly vanishes there, that of chains does not. The prediction
+// then spreads by a factor of three, and a second technique that is predicted to be about as good gets a part of the
+// work (choice/mixture.h).
 #pragma once
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "integrators/learned.h"
 #include "integrators/render_plan.h"
-#include "render/pilot_comparison.h"
+#include "choice/pilot_comparison.h"
 #include "scene/scene.h"
 
 namespace ajar {
@@ -35,6 +38,7 @@ struct TechniqueTrial {
 
 struct TechniqueChoice {
   RenderSettings settings;  ///< with the chosen integrator
+  std::optional<Learned::Second> second;
   std::string name, reason;
   std::vector<TechniqueTrial> trials;
   double seconds = 0.0;
@@ -45,8 +49,9 @@ struct TechniqueChoice {
 Learned::Choice place_of(const Camera& camera);
 
 /// Chooses the technique for `scene`, of which the caller must be the sole owner. Pilots change the view of the scene;
-/// it is restored at the end. `camera` is the present camera of the scene.
+/// it is restored at the end. `camera` is the present camera of the scene. `may_mix`: a second technique can be chosen.
 TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const CameraDescription& camera,
-                                 const std::atomic<bool>& stop, std::shared_ptr<const AttachedHints> hints = nullptr);
+                                 const std::atomic<bool>& stop, std::shared_ptr<const AttachedHints> hints = nullptr,
+                                 bool may_mix = false);
 
 }  // namespace ajar

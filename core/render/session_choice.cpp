@@ -1,0 +1,109 @@
+// The part of the session's worker that chooses techniques.
+#include <algorithm>
+
+#include "denoise/open_image_denoise.h"
+#include "math/random.h"
+#include "render/deadline.h"
+#include "render/session_worker.h"
+#include "choice/technique_choice.h"
+#include "scene/path_tracing_only.h"
+
+namespace ajar {
+
+namespace {
+
+constexpr double kPilotTimeShare = 0.25;         // maximum share of a time limit for the choice of a technique
+constexpr uint32_t kSeedOfSecond = 0x7365636fu;  // for a separate seed
+
+/// Whether the technique that was chosen for earlier frames probably suits this one. Not for a render that continues
+/// from a checkpoint.
+bool takes_choice_of(const Scene& scene, const Learned& before, const Learned::Choice& here) {
+  return before.choice->age < Learned::kMaxAge && before.is_of_scene(scene.center(), scene.radius()) &&
+         before.choice->is_near(here, before.radius);
+}
+
+}  // namespace
+
+/// What only path tracing renders is rendered by it, whatever technique is asked for.
+void SessionWorker::use_path_tracing_where_others_fail(Job& job) {
+  replaced_integrator_.clear();
+  RenderSettings& settings = job.description ? job.description->settings : job.settings;
+  if (settings.integrator == "path") return;
+  replaced_because_ = job.description ? path_tracing_only(*job.description)
+                                      : path_tracing_only(state_.lock()->scene.get(), job.camera, settings);
+  if (replaced_because_.empty()) return;
+  const IntegratorInfo& asked = find_integrator(settings.integrator);
+  if (asked.automatic)  // path tracing is one of its choices
+    state_.lock()->technique_steps = {
+        {"technique", true, "path tracing: the others do not render " + replaced_because_, ""}};
+  else
+    replaced_integrator_ = asked.label;
+  settings.integrator = "path";
+}
+
+/// Chooses the technique for the scene by a pilot, which the plan then lists.
+std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camera) {
+  std::shared_ptr<Scene> scene;
+  std::shared_ptr<const Learned> learned;
+  std::shared_ptr<const AttachedHints> hints;
+  double seconds;
+  bool may_mix;
+  {
+    const auto state = state_.lock();
+    state->progress.step = "Choosing a technique";
+    scene = state->scene;
+    hints = state->hints;
+    if (!state->base) learned = state->learned;
+    seconds = state->settings.seconds;
+    // A checkpoint and a range of samples are those of one technique.
+    may_mix = !state->base && !state->first_sample && !state->checkpoint_wanted;
+  }
+  Learned::Choice here = place_of(scene->camera());
+  TechniqueChoice made;
+  PlanSteps steps;
+  if (learned && learned->choice && takes_choice_of(*scene, *learned, here)) {
+    made.settings = scene->settings();
+    made.settings.integrator = learned->integrator;
+    made.settings.guiding = learned->guiding;
+    if (may_mix) made.second = learned->second;
+    here = *learned->choice;
+    ++here.age;
+    const std::string age = here.age == 1 ? "one frame" : std::to_string(here.age) + " frames";
+    steps = {{"technique", true,
+              std::string(find_integrator(learned->integrator).label) + ": as chosen " + age + " before", ""}};
+  } else {
+    std::optional<Deadline> deadline;
+    if (seconds > 0.0) deadline.emplace(limit_start_ + seconds_of(kPilotTimeShare * seconds), state_, stop_);
+    made = choose_technique(scene, camera, deadline ? deadline->passed() : stop_, hints, may_mix);
+    steps = made.plan();
+  }
+  auto chosen = make_integrator(made.settings.integrator);
+  const auto state = state_.lock();
+  scene->change_view(camera, std::move(made.settings));
+  state->technique_steps = std::move(steps);
+  state->integrator_name = scene->settings().integrator;
+  state->pilot_seconds = made.seconds;
+  state->choice = here;
+  state->second = std::move(made.second);
+  return chosen;
+}
+
+/// The second technique, ready to render; null: there is none. `seed`: of the first.
+std::unique_ptr<Mixture> SessionWorker::make_mixture(const std::shared_ptr<const Scene>& scene, uint32_t seed) {
+  std::optional<Learned::Second> second;
+  std::shared_ptr<const AttachedHints> hints;
+  {
+    const auto state = state_.lock();
+    second = state->second;
+    hints = state->hints;
+  }
+  if (!second) return nullptr;
+  auto integrator = make_integrator(second->integrator);
+  const RenderPlan plan = make_render_plan(*scene, find_integrator(second->integrator), std::move(hints));
+  integrator->prepare(scene, plan, hash_combine(seed, kSeedOfSecond));
+  const auto state = state_.lock();
+  for (const std::string& warning : plan.warnings) state->warn(warning);
+  return std::make_unique<Mixture>(*second, std::move(integrator), scene->settings());
+}
+
+}  // namespace ajar
