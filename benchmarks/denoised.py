@@ -146,8 +146,7 @@ def denoise(found: dict[str, np.ndarray], rays: float, threads: int, combined: b
 def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoising: float, change: Change | None = None) -> Picture:
     found, stats, used = whole_render(scene_file, integrator, max(0.1, cpu - denoising), seed, load, change=change)
     image, extra = denoise(found, stats["rays"], load.threads)
-    second = stats.get("second_technique")
-    technique = f"{stats['integrator']}, {second['integrator']}" if second else stats["integrator"]
+    technique = ", ".join(part["integrator"] for part in stats.get("techniques", [stats]))
     return Picture(found["Combined"][..., :3].astype(np.float64), image, used + extra, stats["samples_per_pixel"]["mean"], technique)
 
 

@@ -28,13 +28,13 @@ struct Cancellation {
   std::atomic<bool> is_set = false;
 };
 
-/// An array of the pass "Halves" or "Direct Halves", of one or two techniques; empty for None.
+/// An array of the pass "Halves" or "Direct Halves", of one or more techniques; empty for None.
 std::vector<float> halves_of(const std::optional<Floats>& array, size_t height, size_t width, const char* what) {
   if (!array) return {};
   const size_t pixels = height * width, size = size_t(array->size());
-  if (array->ndim() != 3 || (size != 6 * pixels && size != 12 * pixels))
+  if (array->ndim() != 3 || size == 0 || size % (6 * pixels) != 0)
     throw py::value_error(std::string(what) + " must be an array [" + std::to_string(height) + ", " +
-                          std::to_string(width) + ", 6 or 12], not " + shape_text(*array));
+                          std::to_string(width) + ", 6 for each technique], not " + shape_text(*array));
   return copy_numbers(*array);
 }
 
@@ -116,7 +116,8 @@ void bind_denoise(py::module_& module) {
       "Return (image, error). The image has no noise, float32[height, width, channels]; its error is None or "
       "float32[height, width], an estimate of the relMSE of each pixel, which needs `halves`. image: "
       "float32[height, width, 3 or more], linear; only the first three channels change. halves: the pass "
-      "\"Halves\", float32[height, width, 6], or 12 channels if two techniques have rendered the image. With it, the "
+      "\"Halves\", float32[height, width, 6], or 6 channels for each technique that has rendered the image. With it, "
+      "the "
       "result is consistent: it becomes the correct image as the number of samples grows. direct_halves: the pass "
       "\"Direct Halves\" of the same shape. This part of the light and the rest are then denoised apart, which takes "
       "twice the time and has a smaller error. It is not "

@@ -276,7 +276,7 @@ void bind_session(py::module_& module) {
       .def("snapshot", &snapshot, py::arg("pass_name"),
            "Return a pass as float32[height, width, channels], rows from the bottom up, as it was after the last "
            "iteration, or None before the first. The number of channels is known_passes()[pass_name]; \"Halves\" and "
-           "\"Direct Halves\" have twice as many when two techniques render the image. While the session renders, a "
+           "\"Direct Halves\" have as many for each technique that renders the image. While the session renders, a "
            "pass is kept from the first call on, so that the first call can return None. Raises ValueError, which "
            "lists the valid names, for an unknown pass.")
       .def("photons", &photons, py::arg("max_photons") = 50000,

@@ -65,6 +65,6 @@ def quality_for(rays: float, pixels: int, free_seconds: float = FREE_SECONDS) ->
 
 
 def pixels_of(halves: np.ndarray | None, image: np.ndarray) -> int:
-    """The number of pixels for `quality_for`: those of the image, twice if the pass "Halves" has two techniques, because each is denoised apart."""
+    """The number of pixels for `quality_for`: those of the image times the techniques of the pass "Halves", because each is denoised apart."""
     techniques = max(1, halves.shape[2] // 6) if halves is not None else 1
     return techniques * image.shape[0] * image.shape[1]

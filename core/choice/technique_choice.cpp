@@ -6,10 +6,10 @@
 #include <cmath>
 #include <span>
 
+#include "choice/mixture.h"
 #include "denoise/open_image_denoise.h"
 #include "integrators/integrator.h"
 #include "math/random.h"
-#include "choice/mixture.h"
 #include "transport/photons/photon_tracer.h"
 
 namespace ajar {
@@ -62,8 +62,10 @@ constexpr double kEasyRelmse = 0.05;
 /// is not measured then.
 constexpr double kModerateRelmse = 0.3;
 
-/// A second technique takes part in the render if its predicted error is at most this many times that of the first.
-constexpr double kMaxRatioOfSecond = 3.0;
+/// Techniques take part in the render if their predicted error is at most this many times that of the best one.
+constexpr double kMaxRatio = 4.0;
+/// Share of the work of the render after which the techniques share the rest by their errors.
+constexpr double kTrialShare = 0.25;
 
 std::string text(double value) {
   char buffer[32];
@@ -293,30 +295,29 @@ Trials run_trials(const Tried& tried, std::span<const Candidate* const> candidat
 /// Predicted error of a technique, by both sums, times the factor by which it must be better than path tracing.
 double weighed(const PilotNoise& cost, double factor) { return factor * std::sqrt(cost.whole * cost.typical); }
 
-/// The technique that renders the same image besides the best one; none if it is predicted to be much worse, or if
-/// denoising a second image would take too much of the render. `rays`: of the render.
-std::optional<Learned::Second> second_technique(const std::vector<TechniqueTrial>& trials,
-                                                std::span<const Candidate* const> candidates, size_t best,
-                                                const RenderSettings& asked, double rays) {
-  const DenoiseQuality quality = denoise_quality_for(rays, 2.0 * asked.width * asked.height, 0.0, true);
-  if (quality != DenoiseQuality::High && quality != DenoiseQuality::Balanced) return std::nullopt;
-  size_t second = best;
-  double least = kInfinity;
+/// The techniques that render the image, the best one first; none if the others are predicted to be much worse, or if
+/// denoising a second image would take too much of the render. `rays`: of path tracing with the samples of the render.
+Learned::Mixed mixed_techniques(const std::vector<TechniqueTrial>& trials, std::span<const Candidate* const> candidates,
+                                size_t best, const RenderSettings& asked, double rays) {
+  const double pixels = double(asked.width) * asked.height;
+  const DenoiseQuality quality = denoise_quality_for(rays, 2.0 * pixels, 0.0, true);
+  if (quality != DenoiseQuality::High && quality != DenoiseQuality::Balanced) return {};
+  Learned::Mixed mixed;
+  const auto add = [&](size_t k) {
+    const double noise = trials[k].relmse * trials[k].rays * candidates[k]->ray_cost;
+    if (noise > 0.0) mixed.techniques.push_back({candidates[k]->integrator, 0.0, candidates[k]->ray_cost, noise});
+  };
+  add(best);
+  const double least = weighed(trials[best].cost, candidates[best]->clearly);
   for (size_t k = 0; k < trials.size(); ++k) {
     const double error = weighed(trials[k].cost, candidates[k]->clearly);
-    if (k == best || !(error > 0.0) || error >= least) continue;
-    least = error;
-    second = k;
+    if (k != best && error > 0.0 && error <= kMaxRatio * least) add(k);
   }
-  const double of_best = weighed(trials[best].cost, candidates[best]->clearly), ratio = std::max(1.0, least / of_best);
-  if (second == best || !(ratio <= kMaxRatioOfSecond)) return std::nullopt;
-  const auto noise = [&](size_t k) { return trials[k].relmse * trials[k].rays * candidates[k]->ray_cost; };
-  if (!(noise(best) > 0.0) || !(noise(second) > 0.0)) return std::nullopt;
-  return Learned::Second{candidates[second]->integrator,
-                         1.0 / (1.0 + ratio),
-                         {candidates[best]->ray_cost, candidates[second]->ray_cost},
-                         {noise(best), noise(second)},
-                         denoise_seconds(quality, double(asked.width) * asked.height, true)};
+  if (mixed.techniques.size() < 2 || mixed.techniques[0].integrator != candidates[best]->integrator) return {};
+  for (auto& technique : mixed.techniques) technique.share = 1.0 / double(mixed.techniques.size());
+  mixed.trial_work = kTrialShare * rays;
+  mixed.denoise_seconds = denoise_seconds(quality, pixels, true);
+  return mixed;
 }
 
 }  // namespace
@@ -334,11 +335,13 @@ PlanSteps TechniqueChoice::plan() const {
                                    text(path.typical / trial.cost.typical) + ")"
                              : "")});
   }
-  if (second)
-    plan.push_back({"second technique", true,
-                    std::string(find_integrator(second->integrator).label) + " has " + text(100.0 * second->share) +
-                        " % of the work: it may be as good after denoising",
-                    "a second image, which is denoised apart"});
+  if (!mixed.techniques.empty()) {
+    std::string names;
+    for (const auto& technique : mixed.techniques)
+      names += (names.empty() ? "" : ", ") + std::string(find_integrator(technique.integrator).label);
+    plan.push_back({"several techniques", true, names + ": each may be the best after denoising",
+                    "an image for each, and two that are denoised"});
+  }
   return plan;
 }
 
@@ -400,9 +403,10 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   const size_t best = clearly_best(costs, factors);
   choice.settings.integrator = candidates[best]->integrator;
   if (may_mix && asked.denoised && can_mix(asked.passes))
-    choice.second = second_technique(choice.trials, candidates, best, asked, all.rays_asked);
+    choice.mixed = mixed_techniques(choice.trials, candidates, best, asked, all.rays_asked);
   // Guiding makes the independent noise of path tracing smaller, and is measured before it is used.
-  const bool uses_paths = best == 0 || (choice.second && choice.second->integrator == kPath.integrator);
+  const bool uses_paths = best == 0 || std::any_of(choice.mixed.techniques.begin(), choice.mixed.techniques.end(),
+                                                   [](const auto& t) { return t.integrator == kPath.integrator; });
   if (uses_paths && !all.finds_light && asked.guiding == Guiding::Off) choice.settings.guiding = Guiding::Auto;
   choice.name = candidates[best]->name;
   choice.reason = costs.size() == 1 ? "its error in the pilot is small"

@@ -12,19 +12,18 @@
 //
 // If the image will be denoised (RenderSettings::denoised), the noise that counts is the noise that a denoiser leaves:
 // that of means over small windows. Independent noise nearly vanishes there, that of chains does not. The prediction
-// then spreads by a factor of three, and a second technique that is predicted to be about as good gets a part of the
-// work (choice/mixture.h).
+// then spreads by a factor of three, and all techniques that may be the best begin to render the image
+// (choice/mixture.h).
 #pragma once
 
 #include <atomic>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "choice/pilot_comparison.h"
 #include "integrators/learned.h"
 #include "integrators/render_plan.h"
-#include "choice/pilot_comparison.h"
 #include "scene/scene.h"
 
 namespace ajar {
@@ -38,7 +37,7 @@ struct TechniqueTrial {
 
 struct TechniqueChoice {
   RenderSettings settings;  ///< with the chosen integrator
-  std::optional<Learned::Second> second;
+  Learned::Mixed mixed;     ///< no techniques: there is only the chosen one
   std::string name, reason;
   std::vector<TechniqueTrial> trials;
   double seconds = 0.0;
@@ -49,7 +48,7 @@ struct TechniqueChoice {
 Learned::Choice place_of(const Camera& camera);
 
 /// Chooses the technique for `scene`, of which the caller must be the sole owner. Pilots change the view of the scene;
-/// it is restored at the end. `camera` is the present camera of the scene. `may_mix`: a second technique can be chosen.
+/// it is restored at the end. `camera` is the present camera of the scene. `may_mix`: several techniques can be chosen.
 TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const CameraDescription& camera,
                                  const std::atomic<bool>& stop, std::shared_ptr<const AttachedHints> hints = nullptr,
                                  bool may_mix = false);

@@ -8,6 +8,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include "math/statistics.h"
 #include "math/types.h"
 
 namespace ajar {
@@ -353,6 +354,26 @@ Denoised denoise_technique(const Halves& all, Halves direct, ImageSize size, con
   return result;
 }
 
+size_t techniques_of(const NoisyImage& noisy) {
+  return noisy.halves.size() / (kHalfChannels * size_t(noisy.width) * size_t(noisy.height));
+}
+
+/// The images of the techniques whose halves are known.
+std::vector<TechniqueImage> denoise_techniques(const NoisyImage& noisy, const DenoiseFunction& denoiser,
+                                               bool with_whole) {
+  const ImageSize size{noisy.width, noisy.height, 3};
+  const size_t techniques = techniques_of(noisy);
+  std::vector<TechniqueImage> images;
+  for (size_t k = 0; k < techniques; ++k) {
+    Halves all = separate(noisy.halves, k, techniques), direct;
+    if (!is_known(all)) continue;
+    if (!noisy.direct_halves.empty()) direct = separate(noisy.direct_halves, k, techniques);
+    Denoised denoised = denoise_technique(all, std::move(direct), size, denoiser, with_whole);
+    images.push_back({std::move(denoised), std::move(all)});
+  }
+  return images;
+}
+
 }  // namespace
 
 std::vector<float> rgb_of(const std::vector<float>& rgba) {
@@ -384,20 +405,23 @@ std::vector<float> limited(const std::vector<float>& image, const std::vector<fl
   return result;
 }
 
-Denoised denoise(const NoisyImage& noisy, const DenoiseFunction& denoiser, bool with_whole) {
+std::vector<double> technique_errors(const NoisyImage& noisy, const DenoiseFunction& denoiser) {
   const ImageSize size{noisy.width, noisy.height, 3};
-  const size_t pixels = size.values() / 3;
-  const size_t techniques = noisy.halves.size() / (kHalfChannels * pixels);
-  std::vector<TechniqueImage> images;
-  for (size_t k = 0; k < techniques; ++k) {
-    Halves all = separate(noisy.halves, k, techniques), direct;
-    if (!is_known(all)) continue;
-    if (!noisy.direct_halves.empty()) direct = separate(noisy.direct_halves, k, techniques);
-    Denoised denoised = denoise_technique(all, std::move(direct), size, denoiser, with_whole);
-    images.push_back({std::move(denoised), std::move(all)});
+  const std::vector<TechniqueImage> images = denoise_techniques(noisy, denoiser, false);
+  if (images.size() != techniques_of(noisy)) return {};
+  std::vector<double> means;
+  for (const std::vector<float>& errors : errors_of(images, size)) {
+    CompensatedSum sum;
+    for (const float e : errors) sum.add(double(e));
+    means.push_back(sum.value() / double(errors.size()));
   }
+  return means;
+}
+
+Denoised denoise(const NoisyImage& noisy, const DenoiseFunction& denoiser, bool with_whole) {
+  std::vector<TechniqueImage> images = denoise_techniques(noisy, denoiser, with_whole);
   if (images.empty()) return {run(denoiser, noisy.image), {}};
-  return images.size() == 1 ? std::move(images[0].denoised) : mean_of_techniques(images[0], images[1], size);
+  return images.size() == 1 ? std::move(images[0].denoised) : mean_of(images, {noisy.width, noisy.height, 3});
 }
 
 }  // namespace ajar

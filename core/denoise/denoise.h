@@ -24,7 +24,8 @@
 // render separates it ("Direct Halves" of film.h), both parts are denoised and combined apart, and added. This takes
 // twice the time, and the error is usually a tenth to a quarter smaller (docs/research/denoising.md).
 //
-// Two techniques can render one image. Each has its own halves and gives its own image (denoise/two_techniques.h).
+// Several techniques can render one image. Each has its own halves and gives its own image
+// (denoise/technique_images.h).
 //
 // Single pixels that are far brighter than all their neighbours, and bright in one half only, are darkened before the
 // denoiser sees them, unless there are many of them around. They stay in N: coarse planes return their energy where it is
@@ -35,7 +36,7 @@
 #include <vector>
 
 #include "denoise/planes.h"
-#include "denoise/two_techniques.h"
+#include "denoise/technique_images.h"
 
 namespace ajar {
 
@@ -45,8 +46,8 @@ using DenoiseFunction = std::function<std::vector<float>(std::vector<float>)>;
 /// The colors of an image with four channels.
 std::vector<float> rgb_of(const std::vector<float>& rgba);
 
-/// What is denoised. `halves`: the means of the even and of the odd samples of each pixel, six channels for each of one or
-/// two techniques. A pixel without two halves is NaN there, and the technique does not count; then, and if `halves` is
+/// What is denoised. `halves`: the means of the even and of the odd samples of each pixel, six channels for each
+/// technique. A pixel without two halves is NaN there, and the technique does not count; then, and if `halves` is
 /// empty, `image` is denoised without a combination, and `error` is empty. `direct_halves`: the part of the halves by direct paths; empty, or NaN anywhere: they are not separated.
 struct NoisyImage {
   const std::vector<float>&image, &halves;  ///< image: RGB
@@ -60,6 +61,10 @@ inline Denoised denoise(const std::vector<float>& image, const std::vector<float
                         const DenoiseFunction& denoiser, bool with_whole = true) {
   return denoise({image, halves, {}, width, height}, denoiser, with_whole);
 }
+
+/// For each technique of the halves, the estimated relMSE of its denoised image. Empty if a pixel of one technique has no
+/// two halves.
+std::vector<double> technique_errors(const NoisyImage& noisy, const DenoiseFunction& denoiser);
 
 /// The image, RGB, in which single pixels are darkened that are bright here and not in `other`.
 std::vector<float> limited(const std::vector<float>& image, const std::vector<float>& other, int width, int height);

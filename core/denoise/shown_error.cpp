@@ -9,21 +9,41 @@
 
 namespace ajar {
 
-double shown_relmse(const DenoiserInput& input, int threads, const std::atomic<bool>& stop) {
-  if (OpenImageDenoise::version().empty()) return -1.0;
-  Denoised image;
+namespace {
+
+/// What `estimate` finds with the fastest denoiser; empty if there is none or if it fails. The owner reports a failure
+/// when it denoises the final image.
+template <class Estimate>
+auto with_denoiser(const DenoiserInput& input, int threads, const std::atomic<bool>& stop, const Estimate& estimate) {
+  decltype(estimate(DenoiseFunction())) none;
+  if (OpenImageDenoise::version().empty()) return none;
   try {
     const OpenImageDenoise library(input.width, input.height, input.albedo, input.normal, DenoiseQuality::Fast, threads,
                                    stop);
-    const std::vector<float> rgb = rgb_of(input.combined);
-    image = denoise({rgb, input.halves, input.direct_halves, input.width, input.height}, std::cref(library), false);
+    return estimate(std::cref(library));
   } catch (const std::runtime_error&) {
-    return -1.0;  // the owner reports the failure when it denoises the final image
+    return none;
   }
-  if (image.error.empty()) return -1.0;
+}
+
+}  // namespace
+
+double shown_relmse(const DenoiserInput& input, int threads, const std::atomic<bool>& stop) {
+  const std::vector<float> rgb = rgb_of(input.combined);
+  const std::vector<float> error = with_denoiser(input, threads, stop, [&](const DenoiseFunction& denoiser) {
+    return denoise({rgb, input.halves, input.direct_halves, input.width, input.height}, denoiser, false).error;
+  });
+  if (error.empty()) return -1.0;
   CompensatedSum sum;
-  for (const float error : image.error) sum.add(double(error));
-  return sum.value() / double(image.error.size());
+  for (const float e : error) sum.add(double(e));
+  return sum.value() / double(error.size());
+}
+
+std::vector<double> relmse_of_techniques(const DenoiserInput& input, int threads, const std::atomic<bool>& stop) {
+  const std::vector<float> rgb = rgb_of(input.combined);
+  return with_denoiser(input, threads, stop, [&](const DenoiseFunction& denoiser) {
+    return technique_errors({rgb, input.halves, {}, input.width, input.height}, denoiser);
+  });
 }
 
 }  // namespace ajar

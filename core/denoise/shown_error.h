@@ -28,5 +28,7 @@ struct DenoiserInput {
 /// The relMSE of the denoised image (denoise/denoise.h), from the fastest quality. Negative if no denoiser is loaded,
 /// if it fails, if a pixel has one sample, or if `stop` is set meanwhile.
 double shown_relmse(const DenoiserInput& input, int threads, const std::atomic<bool>& stop);
+/// The same for each technique of the halves, without direct halves; empty instead of negative.
+std::vector<double> relmse_of_techniques(const DenoiserInput& input, int threads, const std::atomic<bool>& stop);
 
 }  // namespace ajar

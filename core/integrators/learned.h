@@ -10,10 +10,10 @@
 // of control variates), because it is wrong when the pixels show something else.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "transport/chains/path_population.h"
 #include "transport/direct/estimators/pmc_hi.h"
@@ -32,14 +32,17 @@ struct Learned {
     }
   };
   static constexpr uint32_t kMaxAge = 24;  ///< of the choice, in frames
-  /// A second technique that renders the same image with a part of the work (choice/mixture.h). Pairs of numbers are
-  /// those of the first and of the second.
-  struct Second {
-    std::string integrator;
-    double share = 0.0;                        ///< of the work
-    std::array<double, 2> ray_cost{1.0, 1.0};  ///< work for a ray
-    std::array<double, 2> noise{1.0, 1.0};     ///< relMSE times work, before denoising
-    double denoise_seconds = 0.0;              ///< of a core, to denoise its image
+  /// The techniques that render one image (choice/mixture.h), the integrator of the render first.
+  struct Mixed {
+    struct Technique {
+      std::string integrator;
+      double share = 0.0;     ///< of the work
+      double ray_cost = 1.0;  ///< work for a ray
+      double noise = 1.0;     ///< relMSE times work in the pilot, before denoising
+    };
+    std::vector<Technique> techniques;  ///< empty: the render has one technique
+    double trial_work = 0.0;            ///< of all techniques, after which the shares follow from errors; 0: they stay
+    double denoise_seconds = 0.0;       ///< of a core, for each image
   };
   /// A guide with more cells (about 60 MB) is not passed on, so that a long flight through a large scene does not fill
   /// the memory.
@@ -57,7 +60,7 @@ struct Learned {
   }
 
   std::optional<Choice> choice;    ///< of the integrator
-  std::optional<Second> second;    ///< chosen with it
+  Mixed mixed;                     ///< chosen with it
   Guiding guiding = Guiding::Off;  ///< the same
 
   // Set by integrators. Null: nothing learned.

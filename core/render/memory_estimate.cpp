@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
+#include "choice/mixture.h"
 #include "film/film.h"
 #include "geometry/uv_tangents.h"
 #include "integrators/gather_passes.h"
 #include "integrators/integrator.h"
-#include "choice/mixture.h"
 #include "scene/dice_meshes.h"
 #include "scene/scene.h"
 #include "shading/images/texture.h"
@@ -188,7 +188,7 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
   if (integrator.stores_records) records.bytes = pixels / 4 * IrradianceRecords::kBytesPerRecord;
   film.bytes = pixels * Film::bytes_per_pixel(s.passes, integrator.splats);
   if (integrator.automatic && s.denoised && can_mix(s.passes))
-    film.bytes += pixels * Film::bytes_per_pixel(Mixture::passes_of_second(s.passes), true);
+    film.bytes += pixels * Film::bytes_per_pixel(Mixture::passes_of_others(s.passes), true);
   if (integrator.takes_further_samples) film.bytes += pixels * FurtherSamples::bytes_per_pixel();
   if (s.image == ImageSampling::PmcIp && make_integrator(s.integrator)->goal_support().follows)
     film.bytes += pixels * (sizeof(uint32_t) + EarlySamples::kMaxBytesPerPixel);  // the goal of each pixel

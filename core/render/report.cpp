@@ -38,9 +38,10 @@ void add_render(const SessionState& d, json& j) {
   j["state"] = name_of(d.progress.phase);
   j["integrator"] = d.integrator_name;
   if (d.mixture)
-    j["second_technique"] = {{"integrator", d.mixture->choice().integrator},
-                             {"share_of_work", d.mixture->choice().share},
-                             {"samples_per_pixel", d.mixture->done()}};
+    for (size_t k = 0; k < d.mixture->parts().size(); ++k)
+      j["techniques"].push_back({{"integrator", d.mixture->choice().techniques[k].integrator},
+                                 {"share_of_work", d.mixture->choice().techniques[k].share},
+                                 {"samples_per_pixel", d.mixture->parts()[k].done}});
   j["direct"] = name_of(d.settings.direct);
   j["guiding"] = name_of(d.settings.guiding);
   j["vertex_merging"] = name_of(d.settings.vertex_merging);
@@ -78,7 +79,8 @@ void add_samples(const SessionState& d, json& j) {
     j["film_bytes"] = d.film_bytes;
   }
   if (d.integrator) {
-    const Bias bias = d.mixture ? d.mixture->bias(*d.integrator) : d.integrator->bias();
+    Bias bias = d.integrator->bias();
+    if (d.mixture) bias = Bias::Consistent;
     j["bias"] = name_of(d.image_plan && d.integrator->goal_support().learns ? std::max(bias, Bias::Consistent) : bias);
   }
 }

@@ -110,7 +110,7 @@ std::shared_ptr<const Learned> Session::learned() const {
   learned->center = state->scene->center();
   learned->radius = state->scene->radius();
   learned->choice = state->choice;
-  learned->second = state->second;
+  learned->mixed = state->mixed;
   learned->guiding = state->settings.guiding;
   state->integrator->hand_on(*learned);
   return learned;

@@ -1,11 +1,11 @@
 // The part of the session's worker that chooses techniques.
 #include <algorithm>
 
-#include "denoise/open_image_denoise.h"
+#include "choice/technique_choice.h"
+#include "denoise/shown_error.h"
 #include "math/random.h"
 #include "render/deadline.h"
 #include "render/session_worker.h"
-#include "choice/technique_choice.h"
 #include "scene/path_tracing_only.h"
 
 namespace ajar {
@@ -13,7 +13,7 @@ namespace ajar {
 namespace {
 
 constexpr double kPilotTimeShare = 0.25;         // maximum share of a time limit for the choice of a technique
-constexpr uint32_t kSeedOfSecond = 0x7365636fu;  // for a separate seed
+constexpr uint32_t kSeedOfOthers = 0x7365636fu;  // for a separate seed
 
 /// Whether the technique that was chosen for earlier frames probably suits this one. Not for a render that continues
 /// from a checkpoint.
@@ -65,7 +65,7 @@ std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camer
     made.settings = scene->settings();
     made.settings.integrator = learned->integrator;
     made.settings.guiding = learned->guiding;
-    if (may_mix) made.second = learned->second;
+    if (may_mix) made.mixed = learned->mixed;
     here = *learned->choice;
     ++here.age;
     const std::string age = here.age == 1 ? "one frame" : std::to_string(here.age) + " frames";
@@ -84,26 +84,42 @@ std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camer
   state->integrator_name = scene->settings().integrator;
   state->pilot_seconds = made.seconds;
   state->choice = here;
-  state->second = std::move(made.second);
+  state->mixed = std::move(made.mixed);
   return chosen;
 }
 
-/// The second technique, ready to render; null: there is none. `seed`: of the first.
-std::unique_ptr<Mixture> SessionWorker::make_mixture(const std::shared_ptr<const Scene>& scene, uint32_t seed) {
-  std::optional<Learned::Second> second;
+/// All techniques of the render, if there are several, else null. `first`: the integrator and the film of the render.
+/// `seed`: its seed.
+std::unique_ptr<Mixture> SessionWorker::make_mixture(const std::shared_ptr<const Scene>& scene, Mixture::Part first,
+                                                     uint32_t seed) {
+  Learned::Mixed mixed;
   std::shared_ptr<const AttachedHints> hints;
   {
     const auto state = state_.lock();
-    second = state->second;
+    mixed = state->mixed;
     hints = state->hints;
   }
-  if (!second) return nullptr;
-  auto integrator = make_integrator(second->integrator);
-  const RenderPlan plan = make_render_plan(*scene, find_integrator(second->integrator), std::move(hints));
-  integrator->prepare(scene, plan, hash_combine(seed, kSeedOfSecond));
+  if (mixed.techniques.empty()) return nullptr;
+  std::vector<std::unique_ptr<Integrator>> others;
+  for (size_t k = 1; k < mixed.techniques.size(); ++k) {
+    const std::string& name = mixed.techniques[k].integrator;
+    const RenderPlan plan = make_render_plan(*scene, find_integrator(name), hints);
+    for (const std::string& warning : plan.warnings) state_.lock()->warn(warning);
+    others.push_back(make_integrator(name));
+    others.back()->prepare(scene, plan, hash_combine(seed, kSeedOfOthers + uint32_t(k)));
+  }
+  return std::make_unique<Mixture>(std::move(mixed), first, std::move(others), scene->settings());
+}
+
+/// After the trial of a mixture: the techniques share the rest of the work by the errors of their denoised images.
+void SessionWorker::share_work(Mixture& mixture) {
+  const DenoiserInput input = state_.lock()->denoiser_input();
+  const int threads = state_.lock()->threads;
+  const std::vector<double> errors = relmse_of_techniques(input, threads, stop_);
+  if (stop_.load()) return;
   const auto state = state_.lock();
-  for (const std::string& warning : plan.warnings) state->warn(warning);
-  return std::make_unique<Mixture>(*second, std::move(integrator), scene->settings());
+  state->plan.push_back(mixture.share_by(errors));
+  state->mixed = mixture.choice();
 }
 
 }  // namespace ajar

@@ -35,7 +35,7 @@ void SessionState::begin(const Job& job) {
   pilot_seconds = 0.0;
   technique_steps.clear();
   choice.reset();
-  second.reset();
+  mixed = {};
   threads = std::min(settings.threads > 0 ? settings.threads : default_threads(), kMaxThreads);
   if (!job.description) return;
   diagnostics.clear();
@@ -82,8 +82,10 @@ DenoiserInput SessionState::denoiser_input() const {
 }
 
 PhotonPoints SessionState::photons(uint64_t max_count) const {
-  PhotonPoints found = integrator->photons(max_count);
-  return mixture && found.stored == 0 ? mixture->second().photons(max_count) : found;
+  if (!mixture) return integrator->photons(max_count);
+  for (const Mixture::Part& part : mixture->parts())
+    if (PhotonPoints found = part.integrator.photons(max_count); found.stored > 0) return found;
+  return {};
 }
 
 void SessionState::measure_film() {
@@ -92,13 +94,13 @@ void SessionState::measure_film() {
   refused = film->refused();
   if (!mixture) return;
   mixture->add_to(sample_counts);
-  film_bytes += mixture->film().memory_bytes();
-  refused += mixture->film().refused();
+  film_bytes += mixture->film_bytes();
+  refused += mixture->refused();
 }
 
 std::vector<float> SessionState::resolve(const std::string& pass) const {
   std::vector<float> values = film->resolve(pass, settings.exposure);
-  if (mixture) return mixture->of_both(pass, std::move(values), *integrator, settings.exposure);
+  if (mixture) return mixture->of_all(pass, std::move(values), settings.exposure);
   if (!base) return values;
   const auto before = base->passes.find(pass);
   if (before == base->passes.end()) return values;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "choice/mixture.h"
 #include "denoise/shown_error.h"
 #include "film/film.h"
 #include "film/image_plan.h"
@@ -16,7 +17,6 @@
 #include "integrators/learned.h"
 #include "render/checkpoint.h"
 #include "render/clock.h"
-#include "choice/mixture.h"
 #include "render/session.h"
 #include "render/stopping_policy.h"
 #include "view/view_pictures.h"
@@ -56,8 +56,8 @@ struct SessionState {
   std::unique_ptr<Integrator> integrator;      ///< belongs to the worker while it renders
   std::unique_ptr<Film> film;                  ///< belongs to the worker until it is idle
   std::unique_ptr<ImagePlan> image_plan;       ///< null: all pixels get the same number of samples
-  std::optional<Learned::Second> second;       ///< chosen besides `integrator`
-  std::unique_ptr<Mixture> mixture;            ///< with it; null: there is none. Belongs to the worker as the film does
+  Learned::Mixed mixed;                        ///< techniques of the render
+  std::unique_ptr<Mixture> mixture;            ///< null: there is one technique. Belongs to the worker as the film does
   bool film_idle = false;                      ///< no thread writes to the film: it may be resolved directly
   uint32_t seed = 0;                           ///< in use: a resumed render has its own
   uint64_t view_fingerprint = 0;               ///< 0: unknown

@@ -1,8 +1,8 @@
 // The part of a session's thread that makes the pictures of a 3D view (view/view_pictures.h).
 #include <algorithm>
 
-#include "render/session_worker.h"
 #include "choice/technique_choice.h"
+#include "render/session_worker.h"
 #include "view/surface_detail.h"
 #include "view/surface_guides.h"
 

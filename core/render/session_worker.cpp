@@ -5,13 +5,13 @@
 
 #include <tbb/task_arena.h>
 
+#include "choice/technique_choice.h"
 #include "denoise/shown_error.h"
 #include "math/random.h"
 #include "platform/platform.h"
 #include "render/deadline.h"
 #include "render/importance_map.h"
 #include "render/memory_estimate.h"
-#include "choice/technique_choice.h"
 #include "scene/path_tracing_only.h"
 
 namespace ajar {
@@ -61,10 +61,10 @@ void check_base(const SessionState& state, const RenderSettings& s) {
 /// Only while nothing writes to the film.
 void estimate_error(SessionState& state, double seconds, uint64_t done) {
   const auto start = Clock::now();
-  const auto of_first = uint32_t(done - (state.mixture ? state.mixture->done() : 0));
-  Film::ErrorEstimate estimate = state.film->estimated_error(state.samples_in_film + of_first);
-  if (state.mixture) estimate = state.mixture->error_of_both(estimate, *state.integrator);
-  if (std::has_single_bit(of_first)) state.film->remember(state.samples_in_film + of_first);
+  const auto in_film = state.samples_in_film + uint32_t(state.mixture ? state.mixture->parts()[0].done : done);
+  const Film::ErrorEstimate estimate = state.mixture ? state.mixture->estimated_error()
+                                                     : state.film->estimated_error(in_film);
+  if (std::has_single_bit(done)) state.film->remember(in_film);
   state.progress.estimated_relmse = estimate.relmse;
   state.progress.estimated_perceptual_error = estimate.perceptual;
   if (estimate.relmse >= 0.0)
@@ -291,7 +291,7 @@ void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_poin
   chosen->prepare(scene, plan, seed);
   PlanSteps learned_steps = take_range(scene, plan, *chosen, film, seed);
   for (PlanStep& step : use_learned(*state_.lock(), *chosen)) learned_steps.push_back(std::move(step));
-  std::unique_ptr<Mixture> mixture = make_mixture(scene, seed);
+  std::unique_ptr<Mixture> mixture = make_mixture(scene, {*chosen, *film}, seed);
   const GoalSupport support = chosen->goal_support();
   const bool adapts = s.image == ImageSampling::PmcIp && support.follows;
   std::unique_ptr<ImagePlan> image_plan = adapts ? make_image_plan(s, support, seed) : nullptr;
@@ -340,27 +340,26 @@ void SessionWorker::wait_while_paused() {
 }
 
 /// Renders the next samples by the technique whose turn it is, and returns their number.
-int SessionWorker::run_iteration(Render& render, double elapsed, const std::atomic<bool>* deadline) {
-  Mixture* mixture = render.mixture;
-  const bool is_second = mixture && render.done > 0 && mixture->is_due(render.integrator);
-  Integrator& integrator = is_second ? mixture->second() : render.integrator;
-  ImagePlan* image_plan = is_second ? nullptr : render.image_plan;
-  const uint64_t done = is_second ? mixture->done() : render.done, all = render.done + (mixture ? mixture->done() : 0);
+int SessionWorker::run_iteration(Render& render, double elapsed, uint64_t done, const std::atomic<bool>* deadline) {
+  Mixture::Part& part = render.mixture ? render.mixture->due() : render.only;
+  ImagePlan* image_plan = &part.film == &render.only.film ? render.image_plan : nullptr;
   int samples;
   {
     const auto state = state_.lock();
-    samples = state->policy.next_samples(elapsed, done, image_plan, integrator.goal_support());
-    if (render.settings.samples > 0) samples = std::max(1, std::min(samples, render.settings.samples - int(all)));
+    samples = state->policy.next_samples(elapsed, part.done, image_plan, part.integrator.goal_support());
+    if (render.mixture) samples = std::min(samples, int(render.mixture->samples_of_turn()));
+    if (render.mixture && render.settings.samples > 0)
+      samples = std::max(1, std::min(samples, render.settings.samples - int(done)));
   }
   // The first samples of each technique are complete, so that its image has no holes.
-  const std::atomic<bool>& stop = deadline && done > 0 ? *deadline : stop_;
-  if (image_plan) image_plan->plan(render.film, uint32_t(done) + uint32_t(samples));
-  integrator.run_iteration(is_second ? mixture->film() : render.film, samples, stop);
+  const std::atomic<bool>& stop = deadline && part.done > 0 ? *deadline : stop_;
+  if (image_plan) image_plan->plan(part.film, uint32_t(part.done) + uint32_t(samples));
+  part.integrator.run_iteration(part.film, samples, stop);
   if (stop.load()) return samples;
-  if (is_second)
-    mixture->add_done(uint64_t(samples));
+  if (render.mixture)
+    render.mixture->add_done(uint64_t(samples));
   else
-    render.done += uint64_t(samples);
+    part.done += uint64_t(samples);
   return samples;
 }
 
@@ -377,7 +376,7 @@ void SessionWorker::render_all() {
     rendering = state->pilot_seconds;
     complete = state->samples_in_film > 0 && state->policy.enough(0.0, 0.0, -1.0);
     state->policy.remaining_time.begin(seconds_since(limit_start_));
-    return Render{*state->integrator, *state->film, state->image_plan.get(), state->mixture.get(), state->settings};
+    return Render{{*state->integrator, *state->film}, state->image_plan.get(), state->mixture.get(), state->settings};
   };
   Render render = owned();
   const double limit = render.settings.seconds;
@@ -390,10 +389,11 @@ void SessionWorker::render_all() {
     if (limit > 0.0) deadline.emplace(limit_start_ + seconds_of(limit), state_, stop_);
     const bool may_be_cut = deadline && done > 0;
     const auto start = Clock::now();
-    const int samples = run_iteration(render, elapsed(), may_be_cut ? &deadline->passed() : nullptr);
-    rendering += seconds_since(start);
+    const int samples = run_iteration(render, elapsed(), done, may_be_cut ? &deadline->passed() : nullptr);
     const bool cut = may_be_cut && deadline->passed().load() && !stop_.load();
     if (!cut) done += uint64_t(samples);
+    if (render.mixture && !cut && render.mixture->trial_ends()) share_work(*render.mixture);
+    rendering += seconds_since(start);
     const double so_far = elapsed();
     publish(so_far, done, cut);
     if (render.settings.denoised && render.settings.target_error > 0.0 && !cut && shown_error.due(done)) {

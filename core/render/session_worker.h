@@ -29,12 +29,10 @@ class SessionWorker {
  private:
   /// The data of a render in progress that only the worker uses.
   struct Render {
-    Integrator& integrator;
-    Film& film;
-    ImagePlan* image_plan;  ///< null: all pixels get the same number of samples
-    Mixture* mixture;       ///< null: there is no second technique
+    Mixture::Part only;     ///< the first technique of a mixture
+    ImagePlan* image_plan;  ///< of its film; null: all pixels get the same number of samples
+    Mixture* mixture;       ///< null: there is one technique
     RenderSettings settings;
-    uint64_t done = 0;  ///< samples per pixel of `integrator`
   };
 
   void work();
@@ -42,7 +40,8 @@ class SessionWorker {
   void build(Job& job);
   void use_path_tracing_where_others_fail(Job& job);
   std::unique_ptr<Integrator> choose(const CameraDescription& camera);
-  std::unique_ptr<Mixture> make_mixture(const std::shared_ptr<const Scene>& scene, uint32_t seed);
+  std::unique_ptr<Mixture> make_mixture(const std::shared_ptr<const Scene>& scene, Mixture::Part first, uint32_t seed);
+  void share_work(Mixture& mixture);
   uint32_t own_seed(const RenderSettings& settings);
   std::unique_ptr<ImagePlan> make_image_plan(const RenderSettings& settings, const GoalSupport& support, uint32_t seed);
   void prepare(std::unique_ptr<Integrator> chosen, Clock::time_point start);
@@ -50,7 +49,8 @@ class SessionWorker {
                        std::unique_ptr<Film>& film, uint32_t& seed);
   void keep_checkpoint(SessionState& state);
   void render_all();
-  int run_iteration(Render& render, double elapsed, const std::atomic<bool>* deadline);
+  /// `done`: samples per pixel of all techniques.
+  int run_iteration(Render& render, double elapsed, uint64_t done, const std::atomic<bool>* deadline);
   void render_view(const CameraDescription& camera, Clock::time_point start);
   void begin_view(const RenderSettings& settings);
   bool changes_technique(uint64_t done, double seconds);

@@ -392,8 +392,8 @@ def _statistics(values: dict) -> list[tuple[str, str]]:
     """Names and values as text. The panel translates the names."""
     labels = {info.name: info.label for info in ajar.integrator_list()}
     label = labels.get(values["integrator"], values["integrator"])
-    if second := values.get("second_technique"):
-        label = interface("{first} and {second}", first=interface(label), second=interface(labels.get(second["integrator"], second["integrator"])))
+    for technique in values.get("techniques", ())[1:]:
+        label = interface("{first} and {second}", first=interface(label), second=interface(labels.get(technique["integrator"], technique["integrator"])))
     words = [label, values["bias"].capitalize()] if values.get("bias") else [label]
     rows = [("Integrator", ", ".join(map(interface, words)))]
     if "samples_per_pixel" in values:

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "math/random.h"
 #include "choice/pilot_comparison.h"
+#include "math/random.h"
 
 namespace ajar::test_pilot_comparison {
 

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
-#include "math/warps.h"
 #include "choice/technique_choice.h"
+#include "math/warps.h"
 #include "transport_scenes.h"
 
 namespace ajar::test_technique_choice {
@@ -96,18 +96,25 @@ TEST(TechniqueChoice, a_denoised_image_of_occluded_light_tries_all_techniques) {
   EXPECT_NE(choice.settings.integrator, "path");
 }
 
-TEST(TechniqueChoice, only_a_denoised_image_has_a_second_technique) {
+TEST(TechniqueChoice, only_a_denoised_image_has_several_techniques) {
   for (const bool denoised : {false, true})
     for (const bool may_mix : {false, true}) {
       SceneDescription d = hidden_lamp();
       d.settings.denoised = denoised;
       const TechniqueChoice choice = choose(std::move(d), 1, may_mix);
-      EXPECT_EQ(choice.second.has_value(), denoised && may_mix);
-      EXPECT_EQ(choice.plan().back().step == "second technique", choice.second.has_value());
+      const bool mixes = denoised && may_mix;
+      EXPECT_EQ(!choice.mixed.techniques.empty(), mixes);
+      EXPECT_EQ(choice.plan().back().step == "several techniques", mixes);
+      if (!mixes) continue;
+      EXPECT_EQ(choice.mixed.techniques[0].integrator, choice.settings.integrator);
+      double shares = 0.0;
+      for (const auto& technique : choice.mixed.techniques) shares += technique.share;
+      EXPECT_NEAR(shares, 1.0, 1e-9);
+      EXPECT_GT(choice.mixed.trial_work, 0.0);
     }
   SceneDescription easy = lit_hair();
   easy.settings.denoised = true;
-  EXPECT_FALSE(choose(std::move(easy), 1, true).second);
+  EXPECT_TRUE(choose(std::move(easy), 1, true).mixed.techniques.empty());
 }
 
 TEST(TechniqueChoice, a_denoised_image_of_light_that_paths_find_ends_the_pilot_early) {

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "feature_scenes.h"
+#include "gate.h"
 #include "integrators/integrator.h"
 #include "math/name_hash.h"
 #include "render/session.h"

@@ -1,4 +1,4 @@
-#include "denoise/two_techniques.h"
+#include "denoise/technique_images.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +13,7 @@ constexpr float kDarkest = 0.01f;   // added to squares of light, as in relMSE
 constexpr int kReach = 3;           // pixels to each side of the window in which N - D is averaged
 constexpr int kWideReach = 8;       // pixels to each side of the window of its energy
 constexpr float kMinEnergy = 2.0f;  // times the noise
+constexpr float kLeastError = 1e-12f;
 
 /// Errors of `denoised`, relative as its own estimate, that the rendered image `other` of the other technique shows.
 std::vector<float> errors_shown_by(const Halves& other, const Denoised& denoised,
@@ -41,24 +42,41 @@ std::vector<float> errors_shown_by(const Halves& other, const Denoised& denoised
 
 }  // namespace
 
-Denoised mean_of_techniques(const TechniqueImage& one, const TechniqueImage& two, ImageSize size) {
+std::vector<std::vector<float>> errors_of(const std::vector<TechniqueImage>& images, ImageSize size) {
   std::vector<float> inverse_light(size.values() / 3);
   for (size_t i = 0; i < inverse_light.size(); ++i) {
-    const auto light = [i](const Denoised& d) {
-      return luminance(Color(d.image[3 * i], d.image[3 * i + 1], d.image[3 * i + 2]));
-    };
-    const float y = 0.5f * (light(one.denoised) + light(two.denoised));
+    float y = 0.0f;
+    for (const TechniqueImage& one : images) {
+      const std::vector<float>& image = one.denoised.image;
+      y += luminance(Color(image[3 * i], image[3 * i + 1], image[3 * i + 2])) / float(images.size());
+    }
     inverse_light[i] = 1.0f / std::sqrt(y * y + kDarkest);
   }
-  const std::vector<float> shown_of_one = errors_shown_by(two.halves, one.denoised, inverse_light, size),
-                           shown_of_two = errors_shown_by(one.halves, two.denoised, inverse_light, size);
+  std::vector<std::vector<float>> errors;
+  for (size_t k = 0; k < images.size(); ++k) {
+    std::vector<float> shown(inverse_light.size());
+    for (size_t j = 0; j < images.size(); ++j) {
+      if (j == k) continue;
+      const std::vector<float> by_one = errors_shown_by(images[j].halves, images[k].denoised, inverse_light, size);
+      for (size_t i = 0; i < shown.size(); ++i) shown[i] = std::max(shown[i], by_one[i]);
+    }
+    for (size_t i = 0; i < shown.size(); ++i) shown[i] += images[k].denoised.error[i];
+    errors.push_back(std::move(shown));
+  }
+  return errors;
+}
+
+Denoised mean_of(const std::vector<TechniqueImage>& images, ImageSize size) {
+  const std::vector<std::vector<float>> errors = errors_of(images, size);
   Denoised result{std::vector<float>(size.values()), std::vector<float>(size.values() / 3)};
   for (size_t i = 0; i < result.error.size(); ++i) {
-    const float e1 = one.denoised.error[i] + shown_of_one[i], e2 = two.denoised.error[i] + shown_of_two[i],
-                sum = e1 + e2, w = sum > 0.0f ? e2 / sum : 0.5f;
-    for (size_t c = 3 * i; c < 3 * i + 3; ++c)
-      result.image[c] = w * one.denoised.image[c] + (1.0f - w) * two.denoised.image[c];
-    result.error[i] = w * w * e1 + (1.0f - w) * (1.0f - w) * e2;
+    float sum = 0.0f;
+    for (const std::vector<float>& e : errors) sum += 1.0f / std::max(e[i], kLeastError);
+    for (size_t k = 0; k < images.size(); ++k) {
+      const float w = 1.0f / (std::max(errors[k][i], kLeastError) * sum);
+      for (size_t c = 3 * i; c < 3 * i + 3; ++c) result.image[c] += w * images[k].denoised.image[c];
+      result.error[i] += w * w * errors[k][i];
+    }
   }
   return result;
 }
