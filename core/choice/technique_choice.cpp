@@ -64,6 +64,8 @@ constexpr double kModerateRelmse = 0.3;
 
 /// Techniques take part in the render if their predicted error is at most this many times that of the best one.
 constexpr double kMaxRatio = 4.0;
+/// Rays per pixel of the render below which a trial of several techniques would be too short to judge them.
+constexpr double kLeastRays = 1000.0;
 /// Share of the work of the render after which the techniques share the rest by their errors.
 constexpr double kTrialShare = 0.25;
 
@@ -295,13 +297,13 @@ Trials run_trials(const Tried& tried, std::span<const Candidate* const> candidat
 /// Predicted error of a technique, by both sums, times the factor by which it must be better than path tracing.
 double weighed(const PilotNoise& cost, double factor) { return factor * std::sqrt(cost.whole * cost.typical); }
 
-/// The techniques that render the image, the best one first; none if the others are predicted to be much worse, or if
-/// denoising a second image would take too much of the render. `rays`: of path tracing with the samples of the render.
+/// The techniques that render the image, the best one first; none if the others are predicted to be much worse, if the
+/// render is short, or if denoising a second image would take too much of it. `rays`: of path tracing with the samples of the render.
 Learned::Mixed mixed_techniques(const std::vector<TechniqueTrial>& trials, std::span<const Candidate* const> candidates,
                                 size_t best, const RenderSettings& asked, double rays) {
   const double pixels = double(asked.width) * asked.height;
   const DenoiseQuality quality = denoise_quality_for(rays, 2.0 * pixels, 0.0, true);
-  if (quality != DenoiseQuality::High && quality != DenoiseQuality::Balanced) return {};
+  if (rays < kLeastRays * pixels || (quality != DenoiseQuality::High && quality != DenoiseQuality::Balanced)) return {};
   Learned::Mixed mixed;
   const auto add = [&](size_t k) {
     const double noise = trials[k].relmse * trials[k].rays * candidates[k]->ray_cost;

@@ -28,6 +28,11 @@ constexpr float kFrequent = 0.012f;  // share of darkened pixels above which the
 constexpr float kMaxWhole = 0.6f;    // maximum share of D(N)
 constexpr double kNoiseOfWhole = 0.02;    // relative noise, squared, at which the share of D(N) is half of the maximum
 constexpr double kLeastWhole = 0.1;       // share of D(N) below which it is not computed
+constexpr float kBright = 2.5f;           // times the denoised light around: a pixel that samples find rarely
+constexpr float kUsualBright = 1.25f;     // times the brightest pixel of one half around
+constexpr float kDim = 0.02f;             // added to that light
+constexpr int kChanceReach = 8;           // pixels to each side of the window in which bright pixels are counted
+constexpr int kChancePlanes = 3;          // in which pixels that are bright by chance do not count
 constexpr int kErrorReach = 2;            // pixels to each side of the window of the error
 constexpr double kMinSignificance = 2.5;  // the mean of the products over its standard error, below which g is 0
 
@@ -83,7 +88,8 @@ struct DenoisedHalves {
 /// The combination of the planes. Its images are reused for all planes.
 class Combination {
  public:
-  Combination(Residuals residuals, int width, int height);
+  /// `by_chance`: pixels that are bright in both halves by chance (by_chance_of), in [0, 1].
+  Combination(Residuals residuals, std::vector<float> by_chance, int width, int height);
   /// The sums over the planes of g (A - D(A)) + (1 - g) (D - (D(A) + D(B)) / 2), and of the same for B.
   std::array<std::vector<float>, 2> significant_parts();
 
@@ -92,16 +98,18 @@ class Combination {
   void find_weights(int level);
 
   int width_, height_;
-  Residuals rest_, smooth_;  ///< the plane is their difference
+  Residuals rest_, smooth_;       ///< the plane is their difference
+  std::vector<float> by_chance_;  ///< the maximum over all pixels that reach this one in the plane
   std::vector<PlanePixel> plane_;
   std::vector<float> weights_;  ///< g, one for each pixel
   std::vector<float> roots_, terms_, scratch_;
 };
 
-Combination::Combination(Residuals residuals, int width, int height)
+Combination::Combination(Residuals residuals, std::vector<float> by_chance, int width, int height)
     : width_(width),
       height_(height),
       rest_(std::move(residuals)),
+      by_chance_(std::move(by_chance)),
       plane_(size_t(width) * size_t(height)),
       weights_(plane_.size()),
       roots_(2 * plane_.size()),
@@ -134,7 +142,8 @@ void Combination::find_weights(int level) {
     const PlanePixel p = plane_[i];
     const float noise = roots_[2 * i], error = roots_[2 * i + 1],
                 usual = kUsualNoise * kUsualNoise * noise * noise + error * error + p.product;
-    const float w = usual > 0.0f ? usual / (usual + p.noise) : 1.0f;
+    const float rare = level < kChancePlanes ? by_chance_[i] : 0.0f,
+                w = (1.0f - rare) * (usual > 0.0f ? usual / (usual + p.noise) : 1.0f);
     weights_[i] = w;
     const float term = w * (p.energy - 0.5f * p.noise),
                 chance = std::min(1.0f, kChance * p.noise / (p.energy + 1e-12f)),
@@ -167,6 +176,7 @@ std::array<std::vector<float>, 2> Combination::significant_parts() {
         std::fill(smooth_.all()[k]->begin(), smooth_.all()[k]->end(), 0.0f);
     }
     find_plane();
+    if (level < kChancePlanes) square_max(by_chance_, {width_, height_, 1}, 2 << level, scratch_);
     find_weights(level);
     for_pixels(size.values(), [&](size_t i) {
       const float n = rest_.halves[i] - smooth_.halves[i];
@@ -293,6 +303,40 @@ Halves separate(const std::vector<float>& halves, size_t k, size_t techniques) {
   return result;
 }
 
+/// Pixels that are far brighter than the denoised light around in both halves, but not more often than two independent
+/// halves are by chance, and not brighter than what one half has around: 1, else 0. Light that is found rarely makes such
+/// pixels. Their halves agree, so that they look like details that the denoiser has lost.
+std::vector<float> by_chance_of(const Halves& halves, const std::vector<float>& light_a,
+                                const std::vector<float>& light_b, ImageSize size) {
+  const ImageSize one_channel{size.width, size.height, 1};
+  std::vector<float> around(size.values() / 3), scratch;
+  for_pixels(around.size(),
+             [&](size_t i) { around[i] = 0.5f * (luminance_at(light_a, i) + luminance_at(light_b, i)); });
+  square_max(around, one_channel, 1, scratch);
+  std::vector<float> alone(around.size()), both(around.size());  // bright in one half, and in both
+  std::vector<float> brightest(around.size());                   // of those in one half
+  for_pixels(around.size(), [&](size_t i) {
+    const float limit = kBright * (around[i] + kDim);
+    const bool a = luminance_at(halves.a, i) > limit, b = luminance_at(halves.b, i) > limit;
+    alone[i] = a != b ? 0.5f : 0.0f;
+    if (a != b) brightest[i] = std::max(luminance_at(halves.a, i), luminance_at(halves.b, i));
+    both[i] = a && b ? 1.0f : 0.0f;
+  });
+  std::vector<float> share = alone, together = both;
+  square_mean(share, one_channel, kChanceReach, scratch);
+  square_mean(together, one_channel, kChanceReach, scratch);
+  square_max(brightest, one_channel, kChanceReach, scratch);
+  constexpr float kPixels = float((2 * kChanceReach + 1) * (2 * kChanceReach + 1));
+  for_pixels(around.size(), [&](size_t i) {
+    // About the number that independent halves exceed with a probability of 1e-3.
+    const float expected = kPixels * share[i] * share[i],
+                likely = expected + 3.0f * std::sqrt(expected) + std::min(1.0f, 1e3f * expected);
+    const bool is_usual = std::min(luminance_at(halves.a, i), luminance_at(halves.b, i)) <= kUsualBright * brightest[i];
+    both[i] = both[i] > 0.0f && is_usual && kPixels * together[i] <= likely + 0.01f ? 1.0f : 0.0f;
+  });
+  return both;
+}
+
 /// A denoised image, and the difference G(A) - G(B) of the images for each half.
 struct Combined {
   std::vector<float> image, difference;
@@ -311,7 +355,9 @@ Combined combine(const Halves& halves, ImageSize size, const DenoiseFunction& de
     residuals.halves[i] = scale * (a[i] - b[i]);
     if (!whole.empty()) residuals.whole[i] = scale * (whole[i] - 0.5f * (from_a[i] + from_b[i]));
   });
-  const auto parts = Combination(std::move(residuals), size.width, size.height).significant_parts();
+  const auto parts = Combination(std::move(residuals), by_chance_of(halves, from_a, from_b, size), size.width,
+                                 size.height)
+                         .significant_parts();
   Combined result{std::vector<float>(size.values()), std::vector<float>(size.values())};
   for_pixels(size.values(), [&](size_t i) {
     const float of_a = from_a[i] + light[i / 3] * parts[0][i], of_b = from_b[i] + light[i / 3] * parts[1][i];

@@ -76,6 +76,23 @@ void smooth(const std::vector<float>& image, ImageSize size, int step, std::vect
   });
 }
 
+void square_max(std::vector<float>& image, ImageSize size, int reach, std::vector<float>& scratch) {
+  const auto at = [w = size_t(size.width)](int x, int y) { return size_t(y) * w + size_t(x); };
+  scratch = image;
+  for_rows(size.height, [&](int y) {
+    for (int x = 0; x < size.width; ++x)
+      for (int u = std::max(0, x - reach); u <= std::min(size.width - 1, x + reach); ++u)
+        scratch[at(x, y)] = std::max(scratch[at(x, y)], image[at(u, y)]);
+  });
+  for_rows(size.height, [&](int y) {
+    for (int x = 0; x < size.width; ++x) {
+      image[at(x, y)] = scratch[at(x, y)];
+      for (int v = std::max(0, y - reach); v <= std::min(size.height - 1, y + reach); ++v)
+        image[at(x, y)] = std::max(image[at(x, y)], scratch[at(x, v)]);
+    }
+  });
+}
+
 void window_mean(std::vector<float>& image, ImageSize size, int reach, std::vector<float>& scratch) {
   for (int pass = 0; pass < 2; ++pass) square_mean(image, size, reach, scratch);
 }

@@ -33,6 +33,8 @@ void smooth(const std::vector<float>& image, ImageSize size, int step, std::vect
 /// Replaces the image by its mean over a square of 2 * reach + 1 pixels. Where the square leaves the image, it is
 /// smaller. `scratch` is any image; a caller with many images reuses it.
 void square_mean(std::vector<float>& image, ImageSize size, int reach, std::vector<float>& scratch);
+/// Replaces an image of one channel by its maximum over a square of 2 * reach + 1 pixels.
+void square_max(std::vector<float>& image, ImageSize size, int reach, std::vector<float>& scratch);
 /// Replaces the image by its mean over a window: the mean over a square, applied twice.
 void window_mean(std::vector<float>& image, ImageSize size, int reach, std::vector<float>& scratch);
 /// Number of equal weights with the variance of a window's mean, in pixels.

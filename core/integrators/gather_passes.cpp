@@ -101,6 +101,8 @@ void GatherPasses::choose_radii(const std::vector<Photon>& global, const std::ve
 void GatherPasses::build_maps(std::vector<Photon> global, std::vector<Photon> caustic) {
   maps_.global.build(std::move(global));
   maps_.caustic.build(std::move(caustic));
+  maps_.global.use(photon_kernels(*scene_));
+  maps_.caustic.use(photon_kernels(*scene_));
   maps_.global.look_around(*scene_, {gather_.gather_neighbours, maps_.global_radius}, time(),
                            hash_combine(seed_, pass_));
   maps_.caustic.look_around(*scene_, gather_.caustic_lookup(maps_.caustic_radius), time(), hash_combine(seed_, ~pass_));

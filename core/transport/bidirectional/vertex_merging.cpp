@@ -116,7 +116,7 @@ bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vec
         }
         part.photons.push_back({{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)},
                                 power,
-                                pack_direction(to_light)});
+                                pack_direction_short(to_light)});
         const auto since_first = [](int depth, int depth_there) {
           return uint8_t(std::clamp(depth - depth_there, 0, 255));
         };

@@ -1,5 +1,7 @@
 #include "transport/photons/path_photons.h"
 
+#include <cmath>
+
 #include "transport/direct/lobe_split.h"
 #include "transport/paths/ray_events.h"
 
@@ -43,6 +45,7 @@ SeenFrom seen_from(const Path& path, int i) {
 }  // namespace
 
 int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64_t& refused) {
+  const PhotonKernels kernels = photon_kernels(space.scene);
   const int n = path.count;
   uint32_t visibility = kVisibleAll;
   if (path.light.partial) visibility = space.scene.lights().flags(uint32_t(path.vertices[0].light)).visibility;
@@ -84,10 +87,13 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64
         return;
       }
       const SeenFrom side = seen_from(path, i);
+      const float way = path.vertices[size_t(i - 1)].distant
+                            ? kInfinity
+                            : 1.0f / std::sqrt(path.edges[size_t(i - 1)].inverse_square);
       out[count++] = {place,
                       {{vertex.position(), pack_direction(side.normal)},
                        power,
-                       pack_direction(path.to_light(i)) | side.flags | Photon::kOfChain},
+                       pack_direction_short(path.to_light(i)) | kernels.packed(way) | side.flags | Photon::kOfChain},
                       &vertex};
     };
     const Events& e = events[size_t(i)];

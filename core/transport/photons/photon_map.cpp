@@ -38,10 +38,10 @@ void PhotonMap::find(Vec3 position, Vec3 normal, const Lookup& lookup, PointTree
     tree_.nearest(position, normal, lookup.enough, lookup.radius, found);
 }
 
-float PhotonMap::radius_at(const SurfacePoint& point) const {
+float PhotonMap::radius2_at(const SurfacePoint& point) const {
   PointTree::Neighbours found;
   find(point.position, unpack_direction(point.packed_normal), around_, found);
-  return std::sqrt(found.radius2);
+  return found.radius2;
 }
 
 Color PhotonMap::irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const {
@@ -50,8 +50,8 @@ Color PhotonMap::irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& looku
   Color sum(0.0f);
   for (int i = 0; i < found.count; ++i) {
     const Light& light = lights_[found.index[i]];
-    const float inverse_share = inverse_share_of(found.index[i], position, found.radius2);
-    sum += std::max(glm::dot(unpack_direction(light.packed_direction), ns), 0.0f) * inverse_share *
+    const float inverse_share = inverse_share_of(found, i, position);
+    sum += std::max(glm::dot(unpack_direction_short(light.packed_direction), ns), 0.0f) * inverse_share *
            light.flux_over_cosine;
   }
   return found.count > 0 ? sum / (kPi * found.radius2) : sum;
@@ -73,7 +73,7 @@ void PhotonMap::add_to(PhotonPoints& points, uint64_t stride, uint32_t flags) co
     if (stride == 0 || number % stride != 0) continue;
     const SurfacePoint& at = tree_[uint32_t(i)];
     const float cosine = std::abs(
-        glm::dot(unpack_direction(light.packed_direction), unpack_direction(at.packed_normal)));
+        glm::dot(unpack_direction_short(light.packed_direction), unpack_direction(at.packed_normal)));
     points.positions.push_back(at.position);
     points.powers.push_back(light.flux_over_cosine * cosine);
   }

@@ -3,6 +3,7 @@
 // A photon stores its flux divided by the cosine at the geometric normal of its surface. A sum of f_cos (which contains
 // the cosine at the shading normal) over photons is then exact also where the two normals differ:
 //   L(x, wo) = 1 / (pi r^2) sum_p f_cos(wo, wi_p) flux_p / |cos(wi_p, ng_p)|.
+// A photon that has come a distance of less than r counts within that distance only, with r^2 over its square.
 // A photon takes 32 bytes, and 16 bytes for the surface around it (photon_discs.h).
 #pragma once
 
@@ -16,7 +17,7 @@ namespace ajar {
 struct Photon {
   SurfacePoint point;
   Color flux_over_cosine;     ///< watts
-  uint32_t packed_direction;  ///< towards the previous vertex of the light's path, and flags
+  uint32_t packed_direction;  ///< short, towards the previous vertex of the light's path; its kernel, and flags
 
   /// Lookups from the other side of the surface see the photon too.
   static constexpr uint32_t kTransmits = 1u << 31;
@@ -25,6 +26,36 @@ struct Photon {
   bool transmits() const { return packed_direction & kTransmits; }
 };
 static_assert(sizeof(Photon) == 32);
+
+/// The largest area over which a photon spreads its light. The light of a path that has come from a distance d varies
+/// over about d: light below a lamp that hangs close to a ceiling must not reach the ceiling around the lamp. Kernels are
+/// discs of radius 4 d, in steps of a factor of sqrt(2) of the radius, of at least 1/181 of `largest`. Smaller ones have
+/// less bias and more noise (docs/research/denoising.md).
+class PhotonKernels {
+ public:
+  PhotonKernels() = default;
+  explicit PhotonKernels(float largest) : largest2_(largest * largest) {}
+  /// Bits of Photon::packed_direction.
+  uint32_t packed(float distance) const {
+    float radius2 = largest2_;
+    uint32_t step = 0;
+    for (; step < kMask && 0.5f * radius2 >= kRadii * kRadii * distance * distance; ++step) radius2 *= 0.5f;
+    return step << kShift;
+  }
+  /// Squared radius; infinite if a photon has no kernel of its own.
+  float radius2(uint32_t packed) const {
+    const uint32_t step = packed >> kShift & kMask;
+    return step == 0 ? kInfinity : largest2_ / float(1u << step);
+  }
+
+ private:
+  static constexpr uint32_t kShift = 26, kMask = 15;
+  static constexpr float kRadii = 4.0f;  // in distances that the light has come
+  float largest2_ = kInfinity;
+};
+
+/// Those of the photons of a scene.
+inline PhotonKernels photon_kernels(const Scene& scene) { return PhotonKernels(0.0125f * scene.radius()); }
 
 /// Whether rough lobes of a surface can transmit light from one side to the other.
 bool transmits(const Bsdf& bsdf);
@@ -71,6 +102,8 @@ class PhotonMap {
     around_ = lookup;
     discs_.start(scene, size(), lookup.radius, time, seed);
   }
+  /// From now on, photons have these kernels; by default, they have none.
+  void use(PhotonKernels kernels) { kernels_ = kernels; }
   size_t size() const { return tree_.size(); }
   bool empty() const { return tree_.empty(); }
   size_t memory_bytes() const { return size() * sizeof(Photon) + discs_.memory_bytes(); }
@@ -120,27 +153,37 @@ class PhotonMap {
       Color sum(0.0f);
       for (int i = 0; i < found.count; ++i) {
         const Light& light = lights_[found.index[i]];
-        const float inverse_share = inverse_share_of(found.index[i], point.position, found.radius2);
+        const float inverse_share = inverse_share_of(found, i, point.position);
         if (!(inverse_share > 0.0f)) continue;
-        const Vec3 direction = unpack_direction(light.packed_direction);
+        const Vec3 direction = unpack_direction_short(light.packed_direction);
         sum += f_cos(found.index[i], direction) * light.flux_over_cosine * inverse_share;
       }
       if (found.count > 0) radiance += sum / (kPi * found.radius2);
     }
     return radiance;
   }
-  /// Radius of an estimate like those of look_around at a photon.
-  float radius_at(const SurfacePoint& point) const;
+  /// Squared radius of an estimate like those of look_around at a photon.
+  float radius2_at(const SurfacePoint& point) const;
   void find(Vec3 position, Vec3 normal, const Lookup& lookup, PointTree::Neighbours& found) const;
-  /// Area of a whole disc over the area that receives the photon's light; 0 if `position` is outside that area.
-  float inverse_share_of(uint32_t photon, Vec3 position, float radius2) const {
-    if (!discs_.started() || lights_[photon].packed_direction & Photon::kOfChain) return 1.0f;
-    return discs_.inverse_share(photon, tree_[photon], position, radius2, [&] { return radius_at(tree_[photon]); });
+  /// Area of the disc of the lookup over the area that receives the light of the photon number i that it has found; 0 if
+  /// `position` is outside that area.
+  float inverse_share_of(const PointTree::Neighbours& found, int i, Vec3 position) const {
+    const uint32_t photon = found.index[i], packed = lights_[photon].packed_direction;
+    const float kernel2 = kernels_.radius2(packed);
+    float share = 1.0f;
+    if (kernel2 < found.radius2) {
+      if (found.distance2[i] >= kernel2) return 0.0f;
+      share = found.radius2 / kernel2;
+    }
+    if (!discs_.started() || packed & Photon::kOfChain) return share;
+    return share * discs_.inverse_share(photon, tree_[photon], position, std::min(found.radius2, kernel2),
+                                        [&] { return std::sqrt(std::min(radius2_at(tree_[photon]), kernel2)); });
   }
 
   PointTree tree_;
   PhotonDiscs discs_;
   Lookup around_;  ///< of look_around
+  PhotonKernels kernels_;
   std::vector<Light> lights_;
 };
 

@@ -296,8 +296,9 @@ class BlockTracer {
     const float cosine = glm::dot(point.wo, point.ng);
     if (!(cosine > 1e-6f)) return;
     const SeenFrom side = seen_from(rough, point.ng);
-    const Photon photon{
-        {point.position, pack_direction(side.normal)}, flux / cosine, pack_direction(point.wo) | side.flags};
+    const Photon photon{{point.position, pack_direction(side.normal)},
+                        flux / cosine,
+                        pack_direction_short(point.wo) | kernels_.packed(point.ray_length) | side.flags};
     if (emission_.plan.caustic && bounces.caustic(limits)) out.caustic.push_back(photon);
     if (emission_.plan.global && bounces.global(limits)) {
       out.global.push_back(photon);
@@ -362,6 +363,7 @@ class BlockTracer {
   const Scene& scene_;
   const PathMedia* media_;
   const PhotonEmission& emission_;
+  const PhotonKernels kernels_ = photon_kernels(scene_);
   Sampler sampler_;
   PathVertex light_;
   SurfaceShading shading_;

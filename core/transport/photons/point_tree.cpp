@@ -49,10 +49,31 @@ float cosine_to(int facing, Vec3 n) {
 
 float sign_not_zero(float x) { return x < 0.0f ? -1.0f : 1.0f; }
 
+/// The number of steps is even, so that the axes are represented exactly.
+constexpr int half_steps(int bits) { return (1 << (bits - 1)) - 1; }
+
+template <int Bits>
+uint32_t pack(Vec3 d) {
+  const float scale = 1.0f / (std::abs(d.x) + std::abs(d.y) + std::abs(d.z));
+  float x = d.x * scale, y = d.y * scale;
+  if (d.z < 0.0f) {
+    const float fold_x = (1.0f - std::abs(y)) * sign_not_zero(x), fold_y = (1.0f - std::abs(x)) * sign_not_zero(y);
+    x = fold_x;
+    y = fold_y;
+  }
+  const auto quantise = [](float v) {
+    return uint32_t(std::lround((std::clamp(v, -1.0f, 1.0f) + 1.0f) * float(half_steps(Bits))));
+  };
+  return quantise(x) | quantise(y) << Bits;
+}
+
 /// The packed direction with a length between 1/sqrt(3) and 1.
-inline Vec3 unpack_unnormalised(uint32_t packed) {
-  const float x = float(int(packed & 0x7fffu) - 16383) / 16383.0f,
-              y = float(int(packed >> 15 & 0x7fffu) - 16383) / 16383.0f;
+template <int Bits>
+Vec3 unpack_unnormalised(uint32_t packed) {
+  constexpr uint32_t kMask = (1u << Bits) - 1u;
+  constexpr int kHalf = half_steps(Bits);
+  const float x = float(int(packed & kMask) - kHalf) / float(kHalf),
+              y = float(int(packed >> Bits & kMask) - kHalf) / float(kHalf);
   Vec3 d(x, y, 1.0f - std::abs(x) - std::abs(y));
   if (d.z < 0.0f) {
     d.x = (1.0f - std::abs(y)) * sign_not_zero(x);
@@ -63,20 +84,11 @@ inline Vec3 unpack_unnormalised(uint32_t packed) {
 
 }  // namespace
 
-uint32_t pack_direction(Vec3 d) {
-  const float scale = 1.0f / (std::abs(d.x) + std::abs(d.y) + std::abs(d.z));
-  float x = d.x * scale, y = d.y * scale;
-  if (d.z < 0.0f) {
-    const float fold_x = (1.0f - std::abs(y)) * sign_not_zero(x), fold_y = (1.0f - std::abs(x)) * sign_not_zero(y);
-    x = fold_x;
-    y = fold_y;
-  }
-  // The number of steps is even, so that the axes are represented exactly.
-  const auto quantise = [](float v) { return uint32_t(std::lround((std::clamp(v, -1.0f, 1.0f) + 1.0f) * 16383.0f)); };
-  return quantise(x) | quantise(y) << 15;
-}
+uint32_t pack_direction(Vec3 d) { return pack<15>(d); }
+uint32_t pack_direction_short(Vec3 d) { return pack<13>(d); }
 
-Vec3 unpack_direction(uint32_t packed) { return glm::normalize(unpack_unnormalised(packed)); }
+Vec3 unpack_direction(uint32_t packed) { return glm::normalize(unpack_unnormalised<15>(packed)); }
+Vec3 unpack_direction_short(uint32_t packed) { return glm::normalize(unpack_unnormalised<13>(packed)); }
 
 namespace {
 
@@ -150,7 +162,7 @@ void PointTree::search(Vec3 p, Vec3 normal, float& radius2, Visit&& visit) const
     const float outside = std::max(0.0f, std::abs(glm::dot(offset, normal)) - slab);
     const float distance2 = length_squared(offset) + (kSteepness * kSteepness - 1.0f) * outside * outside;
     if (!(distance2 < radius2)) return;
-    const Vec3 facing = unpack_unnormalised(points_[i].packed_normal);
+    const Vec3 facing = unpack_unnormalised<15>(points_[i].packed_normal);
     const float cosine = glm::dot(facing, normal);
     if (!(cosine > 0.0f) || cosine * cosine < kMinNormalCosine * kMinNormalCosine * length_squared(facing)) return;
     visit(i, distance2);

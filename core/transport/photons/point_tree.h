@@ -25,6 +25,9 @@ namespace ajar {
 /// Unit vector in the low 30 bits: octahedral map (Cigolle et al. 2014), 15 bits for each coordinate.
 uint32_t pack_direction(Vec3 direction);
 Vec3 unpack_direction(uint32_t packed);
+/// The same in the low 26 bits, with 13 bits for each coordinate.
+uint32_t pack_direction_short(Vec3 direction);
+Vec3 unpack_direction_short(uint32_t packed);
 
 struct SurfacePoint {
   Vec3 position;

@@ -355,6 +355,31 @@ TEST(Denoise, separated_parts_converge_and_keep_their_energy) {
   }
 }
 
+TEST(Denoise, pixels_that_are_bright_in_both_halves_by_chance_are_no_details) {
+  // A twentieth of the pixels of each half has found a lamp, with the same brightness. A few have in both halves.
+  const std::vector<float> clean(kValues, 0.2f);
+  const auto removes = [&](const std::vector<float>&) { return clean; };
+  int both = 0;
+  double left = 0.0;
+  for (uint64_t seed = 1; seed <= 4; ++seed) {
+    Rendered r = rendered(clean, 4096, seed);
+    Pcg32 rng(seed);
+    for (size_t i = 0; i < 2 * kValues; i += 6) {
+      const bool one = rng.next_float() < 0.05f, two = rng.next_float() < 0.05f;
+      both += one && two;
+      for (size_t c = i; c < i + 3; ++c) {
+        r.halves[c] += one ? 3.0f : 0.0f;
+        r.halves[c + 3] += two ? 3.0f : 0.0f;
+      }
+    }
+    const std::vector<float> shown = denoise(r.image, r.halves, kWidth, kHeight, removes).image;
+    left += double(std::count_if(shown.begin(), shown.end(), [](float v) { return v > 1.0f; })) / 3.0;
+    EXPECT_GT(*std::min_element(shown.begin(), shown.end()), 0.15f) << "seed " << seed;
+  }
+  EXPECT_GT(both, 20);
+  EXPECT_LT(left, 0.2 * both);
+}
+
 /// Both, side by side, as the pass of two techniques.
 std::vector<float> side_by_side(const std::vector<float>& one, const std::vector<float>& two) {
   std::vector<float> both;

@@ -48,7 +48,7 @@ PhotonMap even_photons(float x0, float x1, float y, uint32_t seed, int count = 4
     const Vec2 u = sampler.get_2d();
     photons.push_back({{Vec3(x0 + (x1 - x0) * u.x, y * (2.0f * u.y - 1.0f), 0.0f), pack_direction(kUp)},
                        Color(flux),
-                       pack_direction(kUp)});
+                       pack_direction_short(kUp)});
   }
   PhotonMap map;
   map.build(std::move(photons));

@@ -89,8 +89,8 @@ TEST(Photons, with_one_bounce_have_the_power_of_the_lights) {
   const PhotonBatch batch = trace(*scene, 1, 10000);
   double sum = 0.0;
   for (const Photon& photon : batch.global)
-    sum += double(photon.flux_over_cosine.y) *
-           double(glm::dot(unpack_direction(photon.packed_direction), unpack_direction(photon.point.packed_normal)));
+    sum += double(photon.flux_over_cosine.y) * double(glm::dot(unpack_direction_short(photon.packed_direction),
+                                                               unpack_direction(photon.point.packed_normal)));
   EXPECT_EQ(batch.global.size(), 10000u);
   EXPECT_NEAR(sum / scene->lights().total_power(), 1.0, 1e-3);
 }
@@ -113,6 +113,73 @@ TEST(Photons, closed_furnace_away_from_edges_has_irradiance_pi) {
   }
   EXPECT_TRUE(statistical::mean_agrees(fixed_radius, 1.0, {0.01, 2}, 1e-3));
   EXPECT_TRUE(statistical::mean_agrees(nearest, 1.0, {0.01, 2}, 1e-3));
+}
+
+TEST(Photons, kernels_spread_the_light_of_photons_over_the_distance_that_they_have_come) {
+  const PhotonKernels kernels(1.0f);
+  EXPECT_EQ(kernels.radius2(kernels.packed(10.0f)), kInfinity) << "none";
+  for (const float distance : {0.1f, 0.03f, 0.003f}) {
+    const float radius = std::sqrt(kernels.radius2(kernels.packed(distance)));
+    EXPECT_GE(radius, 4.0f * distance);
+    EXPECT_LE(radius, 4.0f * std::sqrt(2.0f) * distance);
+  }
+  EXPECT_NEAR(kernels.radius2(kernels.packed(0.0f)), std::exp2(-15.0f), 1e-9f);
+
+  // Photons on a plane: half of them have come from a distance of 5 mm. The mean irradiance is the same with kernels.
+  Pcg32 rng(1);
+  std::vector<Photon> photons;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 at(2.0f * rng.next_float() - 1.0f, 2.0f * rng.next_float() - 1.0f, 0.0f);
+    const uint32_t kernel = kernels.packed(i % 2 == 0 ? 0.005f : 1.0f);
+    photons.push_back(
+        {{at, pack_direction(Vec3(0, 0, 1))}, Color(1e-4f), pack_direction_short(Vec3(0, 0, 1)) | kernel});
+  }
+  PhotonMap map;
+  map.build(photons);
+  RunningMoments without, with;
+  for (RunningMoments* mean : {&without, &with}) {
+    if (mean == &with) map.use(kernels);
+    for (int i = 0; i < 4000; ++i) {
+      const Vec3 at(1.6f * rng.next_float() - 0.8f, 1.6f * rng.next_float() - 0.8f, 0.0f);
+      mean->add(double(map.irradiance(at, Vec3(0, 0, 1), Vec3(0, 0, 1), {PointTree::kMaxNeighbours, 0.06f}).y));
+    }
+  }
+  EXPECT_NEAR(without.mean(), 0.5, 0.01);
+  EXPECT_NEAR(with.mean(), 0.5, 0.01);
+  EXPECT_GT(with.variance(), 2.0 * without.variance());
+
+  // Nothing arrives beyond the kernel.
+  PhotonMap one;
+  one.build({{{Vec3(0.0f), pack_direction(Vec3(0, 0, 1))},
+              Color(1.0f),
+              pack_direction_short(Vec3(0, 0, 1)) | kernels.packed(0.005f)}});
+  one.use(kernels);
+  const auto at = [&](float x) { return one.irradiance(Vec3(x, 0, 0), Vec3(0, 0, 1), Vec3(0, 0, 1), {10, 0.1f}).y; };
+  EXPECT_GT(at(0.01f), 100.0f);
+  EXPECT_EQ(at(0.04f), 0.0f);
+}
+
+TEST(Photons, only_photons_that_have_come_from_nearby_have_kernels) {
+  SceneDescription d = closed_room(0.5f);
+  d.lights.push_back(point_light(Vec3(0.1f, 0.2f, 0.999f), 10.0f));
+  d.settings.bounces = {1, 1, 1, 1, 1, 0};  // stored photons have not been scattered
+  const auto scene = build(d);
+  const PhotonKernels kernels = photon_kernels(*scene);
+  int near = 0, far = 0;
+  for (const Photon& photon : trace(*scene, 1, 10000).global) {
+    const float distance = glm::length(photon.point.position - Vec3(0.1f, 0.2f, 0.999f)),
+                radius = std::sqrt(kernels.radius2(photon.packed_direction));
+    if (distance < 0.003f) {
+      ++near;
+      EXPECT_GE(radius, 3.99f * distance);
+      EXPECT_LE(radius, 5.7f * distance);
+    } else if (distance > 0.1f) {
+      ++far;
+      EXPECT_EQ(radius, kInfinity);
+    }
+  }
+  EXPECT_GT(near, 1000);
+  EXPECT_GT(far, 1000);
 }
 
 TEST(Photons, estimates_as_wide_as_a_pixel_or_with_enough_photons_have_no_bias) {
