@@ -19,7 +19,6 @@ constexpr int kDarkestReach = 2;     // pixels to each side, for the lower bound
 constexpr int kNeighbours = 3;       // pixels to each side, in which a bright pixel is compared
 constexpr size_t kRank = 3;          // the neighbour with which it is compared, from the brightest
 constexpr float kMaxRatio = 3.0f;    // of the brightness of a pixel to that neighbour
-constexpr float kDarkest = 0.01f;    // added to squares of light, as in relMSE
 constexpr float kUsualNoise = 3.0f;  // times the mean of |m - n| in a window
 constexpr float kChance = 10.0f;     // times noise over energy: how far a pixel can be bright in both halves by chance
 constexpr float kUsualError = 4.0f;  // times the mean error of a window: above it, a pixel can be so by chance
@@ -35,10 +34,6 @@ constexpr int kChanceReach = 8;           // pixels to each side of the window i
 constexpr int kChancePlanes = 3;          // in which pixels that are bright by chance do not count
 constexpr int kErrorReach = 2;            // pixels to each side of the window of the error
 constexpr double kMinSignificance = 2.5;  // the mean of the products over its standard error, below which g is 0
-
-float luminance_at(const std::vector<float>& image, size_t pixel) {
-  return luminance(Color(image[3 * pixel], image[3 * pixel + 1], image[3 * pixel + 2]));
-}
 
 template <class Work>
 void for_pixels(size_t count, const Work& work) {
@@ -240,12 +235,12 @@ void restore_frequent(const std::vector<float>& a, const std::vector<float>& b, 
   });
 }
 
-/// sqrt(y^2 + kDarkest), with the luminance y of the mean of both.
+/// sqrt(y^2 + kDarkestSquared), with the luminance y of the mean of both.
 std::vector<float> light_of(const std::vector<float>& one, const std::vector<float>& two) {
   std::vector<float> light(one.size() / 3);
   for_pixels(light.size(), [&](size_t i) {
     const float y = 0.5f * (luminance_at(one, i) + luminance_at(two, i));
-    light[i] = std::sqrt(y * y + kDarkest);
+    light[i] = std::sqrt(y * y + kDarkestSquared);
   });
   return light;
 }
@@ -393,7 +388,8 @@ Denoised denoise_technique(const Halves& all, Halves direct, ImageSize size, con
   }
   for_pixels(result.error.size(), [&](size_t i) {
     for (size_t c = 3 * i; c < 3 * i + 3; ++c)
-      result.error[i] += 0.5f * difference[c] * difference[c] / (result.image[c] * result.image[c] + kDarkest) / 3.0f;
+      result.error[i] += 0.5f * difference[c] * difference[c] / (result.image[c] * result.image[c] + kDarkestSquared) /
+                         3.0f;
   });
   std::vector<float> scratch;
   window_mean(result.error, {size.width, size.height, 1}, kErrorReach, scratch);

@@ -24,6 +24,9 @@
 // render separates it ("Direct Halves" of film.h), both parts are denoised and combined apart, and added. This takes
 // twice the time, and the error is usually a tenth to a quarter smaller (docs/research/denoising.md).
 //
+// Where light is found rarely, a few pixels are bright in both halves by chance, and look like details. As many as
+// independent halves have by chance do not count in the three finest planes.
+//
 // Several techniques can render one image. Each has its own halves and gives its own image
 // (denoise/technique_images.h).
 //

@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "math/types.h"
-
 namespace ajar {
 
 namespace {
 
-constexpr float kDarkest = 0.01f;   // added to squares of light, as in relMSE
 constexpr int kReach = 3;           // pixels to each side of the window in which N - D is averaged
 constexpr int kWideReach = 8;       // pixels to each side of the window of its energy
 constexpr float kMinEnergy = 2.0f;  // times the noise
@@ -46,11 +43,8 @@ std::vector<std::vector<float>> errors_of(const std::vector<TechniqueImage>& ima
   std::vector<float> inverse_light(size.values() / 3);
   for (size_t i = 0; i < inverse_light.size(); ++i) {
     float y = 0.0f;
-    for (const TechniqueImage& one : images) {
-      const std::vector<float>& image = one.denoised.image;
-      y += luminance(Color(image[3 * i], image[3 * i + 1], image[3 * i + 2])) / float(images.size());
-    }
-    inverse_light[i] = 1.0f / std::sqrt(y * y + kDarkest);
+    for (const TechniqueImage& one : images) y += luminance_at(one.denoised.image, i) / float(images.size());
+    inverse_light[i] = 1.0f / std::sqrt(y * y + kDarkestSquared);
   }
   std::vector<std::vector<float>> errors;
   for (size_t k = 0; k < images.size(); ++k) {

@@ -14,8 +14,15 @@
 #include <vector>
 
 #include "denoise/planes.h"
+#include "math/types.h"
 
 namespace ajar {
+
+constexpr float kDarkestSquared = 0.01f;  ///< added to squares of light, as in relMSE
+/// Of a pixel of an RGB image.
+inline float luminance_at(const std::vector<float>& image, size_t pixel) {
+  return luminance(Color(image[3 * pixel], image[3 * pixel + 1], image[3 * pixel + 2]));
+}
 
 struct Denoised {
   std::vector<float> image;  ///< RGB

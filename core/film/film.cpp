@@ -22,6 +22,7 @@ constexpr SplatRange kSplatRanges[] = {{0x1p-20f, 0x1p60}, {0x1p20f, 0x1p32}, {0
 constexpr int64_t kCarried = int64_t(1) << 62;
 
 bool is_guide_pass(const std::string& pass) { return pass == "Denoising Albedo" || pass == "Denoising Normal"; }
+
 constexpr std::array kShares{"Share BSDF",   "Share Light 1", "Share Light 2", "Share Cone",
                              "Share Lobe 1", "Share Lobe 2",  "Share Lobe 3"};
 

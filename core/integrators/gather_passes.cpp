@@ -32,9 +32,6 @@ constexpr int kChainReach = 10, kChainCausticReach = 60;
 constexpr float kPixels = 0.75f;
 /// Photons of a caustic where the picture is a texture, whose texels have no radius.
 constexpr int kEnoughForTexels = 10;
-/// The largest radius at the ends of gather rays, relative to the scene, if about one photon is within it. It limits the
-/// bias where there are few photons.
-constexpr float kLargestGatherRadius = 0.0125f;
 /// Light that is seen without gathering is sampled four times before the first update. It gets at most a quarter of the
 /// rays.
 constexpr FurtherSamples::Limits kFurtherSeen{4, 0.25};

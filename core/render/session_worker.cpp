@@ -356,6 +356,7 @@ int SessionWorker::run_iteration(Render& render, double elapsed, uint64_t done, 
   if (image_plan) image_plan->plan(part.film, uint32_t(part.done) + uint32_t(samples));
   part.integrator.run_iteration(part.film, samples, stop);
   if (stop.load()) return samples;
+  const auto state = state_.lock();  // the owner reads the counts of a mixture
   if (render.mixture)
     render.mixture->add_done(uint64_t(samples));
   else

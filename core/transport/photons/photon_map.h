@@ -54,8 +54,11 @@ class PhotonKernels {
   float largest2_ = kInfinity;
 };
 
-/// Those of the photons of a scene.
-inline PhotonKernels photon_kernels(const Scene& scene) { return PhotonKernels(0.0125f * scene.radius()); }
+/// The largest radius at the ends of gather rays, relative to the scene, if about one photon is within it. It limits the
+/// bias where there are few photons.
+constexpr float kLargestGatherRadius = 0.0125f;
+/// The kernels of the photons of a scene.
+inline PhotonKernels photon_kernels(const Scene& scene) { return PhotonKernels(kLargestGatherRadius * scene.radius()); }
 
 /// Whether rough lobes of a surface can transmit light from one side to the other.
 bool transmits(const Bsdf& bsdf);

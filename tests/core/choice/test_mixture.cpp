@@ -21,7 +21,7 @@ SceneDescription small_scene() {
   return d;
 }
 
-/// Path tracing, bidirectional path tracing and Metropolis, as a session runs them.
+/// Path tracing, bidirectional path tracing and energy redistribution, as a session runs them.
 struct Several {
   std::unique_ptr<Integrator> first = make_integrator("path");
   Film film;
