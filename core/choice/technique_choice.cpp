@@ -48,6 +48,10 @@ constexpr double kPilotShare = 0.06;
 /// Error that is not noise falls with the number of passes to this power: photon radii shrink as passes^(-1/6) [Knaus
 /// and Zwicker 2011].
 constexpr double kBiasRate = -2.0 / 3.0;
+/// With a larger gain of learned starts, the few photons that start as before are so bright among the others that they
+/// leave spots, which a pilot of few photons rarely meets. The factor is about what is missing in the prediction
+/// (docs/research/emission.md).
+constexpr double kLargeEmissionGain = 10.0, kTailOfBrightPhotons = 10.0;
 /// Samples per pixel that are assumed for a render without a limit of samples or time.
 constexpr double kUsualSamples = 512.0;
 /// Work of all candidates per pixel and sample of path tracing in the pilot, relative to path tracing: measured on
@@ -92,7 +96,7 @@ struct Tried {
   const std::shared_ptr<Scene>& scene;
   const CameraDescription& camera;
   const RenderSettings& asked;
-  std::shared_ptr<const AttachedHints> hints;  // of the scene; null: not attached yet
+  std::shared_ptr<const AttachedHints> hints;  // of the scene
 
   /// The integrator, ready to render an image with these settings. Changes the view of the scene.
   std::unique_ptr<Integrator> prepared(const char* name, const RenderSettings& settings, uint32_t seed) const {
@@ -130,6 +134,7 @@ double samples_of_render(const RenderSettings& s, double rate) {
 struct Pilot : PilotImages {
   const Candidate* candidate = nullptr;
   double rays = 0.0;  ///< without rays that learn only once
+  double emission_gain = 0.0;
 };
 
 /// relMSE of chains in an image with this many pixels, relative to that in a large one: the fewer pixels there are, the
@@ -153,7 +158,8 @@ Pilot run_pilot(const Candidate& candidate, const Tried& tried, RenderSettings s
     integrator->run_iteration(film, candidate.samples, stop);
     (half == 0 ? pilot.first : pilot.second) = film.resolve("Combined", tried.asked.exposure);
     IntegratorStatistics statistics = integrator->statistics();
-    pilot.rays += double(statistics.rays) - statistics.extra["hint_rays"];
+    pilot.rays += double(statistics.rays) - statistics.extra["hint_rays"] - statistics.extra["emission_rays"];
+    pilot.emission_gain = statistics.extra["emission_gain"];
   }
   return pilot;
 }
@@ -201,7 +207,8 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Tr
   const double pixels = double(asked.width) * asked.height, few = double(small.width) * small.height;
   std::vector<TechniqueTrial> trials;
   std::vector<PilotNoise> noises, shown;
-  size_t calmest = 0;  // the unbiased one with the minimum noise
+  std::vector<double> missed(pilots.size(), 0.0);  // relMSE of light that is not found, if the image is denoised
+  size_t calmest = 0;                              // the unbiased one with the minimum noise
   for (size_t k = 0; k < pilots.size(); ++k) {
     const Candidate& candidate = *pilots[k].candidate;
     noises.push_back(noise_of(pilots[k], light));
@@ -213,15 +220,19 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Tr
       if (k > 0 && !candidate.spreads) use_mean_gain(shown[k], shown[0], noises[k], noises[0]);
     }
 
-    // Missed light is not a measure of the noise of chains, because neighbouring pixels share it.
+    // Missed light is not a measure of the noise of chains, because neighbouring pixels share it. After denoising it stays
+    // missing: more samples find some of it in single bright pixels, which the denoiser removes.
     for (size_t j = 0; j < pilots.size() && candidate.unbiased && !candidate.spreads; ++j) {
       if (j == k || !pilots[j].candidate->unbiased) continue;
       const double unseen = unseen_noise_of(pilots[k], pilots[j], light, small.width, small.height);
       noises[k].whole += unseen;
       noises[k].typical += unseen;
-      const double kept = asked.denoised ? unseen / kUnseenPixels : unseen;
-      shown[k].whole += kept;
-      shown[k].typical += kept;
+      if (asked.denoised) {
+        missed[k] = std::max(missed[k], unseen / kUnseenPixels);
+      } else {
+        shown[k].whole += unseen;
+        shown[k].typical += unseen;
+      }
     }
     trials.push_back({candidate.name, noises[k].whole, pilots[k].rays});
     if (candidate.unbiased && noises[k].whole < noises[calmest].whole) calmest = k;
@@ -234,8 +245,10 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Tr
     const double longer = std::max(1.0, rays_asked / (pilots[k].rays * candidate.ray_cost * pixels / few));
     const double crowded = candidate.spreads ? crowding(few) / crowding(pixels) : 1.0;
     // No photons are stored in volumes: their light is path traced.
-    const double tail = candidate.photons && in_media ? std::max(candidate.tail, kPath.tail) : candidate.tail;
-    const double noise_left = tail / (longer * crowded), bias_left = trials[k].bias * std::pow(longer, kBiasRate);
+    double tail = candidate.photons && in_media ? std::max(candidate.tail, kPath.tail) : candidate.tail;
+    if (candidate.photons && pilots[k].emission_gain > kLargeEmissionGain) tail *= kTailOfBrightPhotons;
+    const double noise_left = tail / (longer * crowded),
+                 bias_left = trials[k].bias * std::pow(longer, kBiasRate) + missed[k];
     trials[k].cost = {noise_left * shown[k].whole + bias_left, noise_left * shown[k].typical + bias_left};
   }
   return trials;
@@ -375,6 +388,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     choice.reason = "the limit of bounces is 0";
     return choice;
   }
+  if (!hints) hints = std::make_shared<const AttachedHints>(attach_hints(*scene));
   const Tried tried{scene, camera, asked, std::move(hints)};
   const double samples_asked = samples_of_render(asked, asked.seconds > 0.0 ? samples_per_second(tried, stop) : 0.0);
   // The pilot costs at most its share of the render.

@@ -171,8 +171,10 @@ void add_statistics_of(const PathMedia* media, IntegratorStatistics& statistics)
 }
 
 void add_statistics_of(const FollowedHints& followed, IntegratorStatistics& statistics) {
-  statistics.rays += followed.rays();
+  statistics.rays += followed.rays() + followed.emission_rays();
   if (followed.rays() > 0) statistics.extra["hint_rays"] = double(followed.rays());
+  statistics.extra["emission_rays"] = double(followed.emission_rays());
+  statistics.extra["emission_gain"] = followed.emission_gain();
 }
 
 const IntegratorInfo& find_integrator(const std::string& name) {

@@ -67,6 +67,9 @@ class Planner {
     plan_.steps.push_back({step, used, std::move(reason), used ? std::move(cost) : std::string()});
   }
 
+  /// Techniques with walks from lights are those that follow hints.
+  bool walks_from_lights() const { return integrator_.follows_hints && !integrator_.automatic; }
+
   void choose_lights() {
     const LightSet& lights = scene_.lights();
     const BuildStatistics& built = scene_.statistics();
@@ -196,8 +199,7 @@ class Planner {
     if (scene_.lights().any_limited() && !integrator_.follows_light_bounces)
       plan_.warnings.emplace_back(std::string(integrator_.label) + " does not follow Max Bounces of " +
                                   listed(scene_.limited_lights()) + ". Path Tracing does.");
-    const bool walks_from_lights = integrator_.follows_hints && !integrator_.automatic;
-    if (walks_from_lights && !scene_.partly_hidden_objects().empty())
+    if (walks_from_lights() && !scene_.partly_hidden_objects().empty())
       plan_.warnings.emplace_back("Only some kinds of rays see " + listed(scene_.partly_hidden_objects()) +
                                   ". Walks from lights see what diffuse rays see: light that these objects block can "
                                   "differ. Path Tracing follows each kind of ray.");
@@ -229,6 +231,11 @@ class Planner {
     const std::string photons = number(photons_of_a_pass(settings_)) + " photons a pass";
     add("photon map", plan_.photons.global, plan_.photons.global_reason, photons);
     add("caustic map", plan_.photons.caustic, plan_.photons.caustic_reason, "photons of the same passes");
+    add("learned starts of light", walks_from_lights() && plan_.photons.caustic,
+        !walks_from_lights()    ? "this integrator has no walks from lights"
+        : plan_.photons.caustic ? "smooth surfaces may hide the light that matters; used where few starts reach it"
+                                : plan_.photons.caustic_reason,
+        "at least 8192 photons before the render");
     const bool merges = integrator_.can_merge, wanted = settings_.vertex_merging != Merging::Off;
     const MergingPlan merging = plan_merging(scene_);
     plan_.merging = wanted && merging.used;

@@ -372,6 +372,30 @@ float pdf_lamp_li(const Light& light, Vec3 p, Vec3 wi, float distance, Vec3) {
   }
 }
 
+void sample_place(const Light& light, Vec2 u, Vec3& position, Vec3& normal) {
+  position = light.position;
+  normal = light.frame.n;
+  switch (light.type) {
+    case LightType::Sphere:
+    case LightType::SpotSphere:
+      normal = warp::square_to_sphere(u);
+      position += (light.soft ? -light.radius : light.radius) * normal;
+      return;
+    case LightType::Rectangle:
+    case LightType::Ellipse: {
+      const Vec2 d = light.type == LightType::Ellipse ? warp::square_to_disk(u) : 2.0f * u - 1.0f;
+      position += d.x * light.edge1 + d.y * light.edge2;
+      return;
+    }
+    case LightType::Triangle: {
+      const Vec2 b = warp::square_to_triangle(u);
+      position += b.x * light.edge1 + b.y * light.edge2;
+      return;
+    }
+    default: return;
+  }
+}
+
 std::optional<LightRay> sample_lamp_le(const Light& light, Vec2 u_position, Vec2 u_direction, Vec3 center,
                                        float radius) {
   LightRay r;

@@ -42,6 +42,9 @@ void clip_to_cone(const Light& light, const Ray& ray, float& begin, float& end);
 std::optional<LightSample> sample_lamp_li(const Light& light, Vec3 p, Vec2 u);
 float pdf_lamp_li(const Light& light, Vec3 p, Vec3 wi, float distance, Vec3 light_normal);
 
+/// A place on a light that is not distant, uniform over its area, and the normal there; on a sphere also of the far side.
+void sample_place(const Light& light, Vec2 u, Vec3& position, Vec3& normal);
+
 /// `center` and `radius` of the scene define the disk on which the rays of suns start.
 std::optional<LightRay> sample_lamp_le(const Light& light, Vec2 u_position, Vec2 u_direction, Vec3 center,
                                        float radius);

@@ -33,18 +33,23 @@ void FollowedHints::clear() {
   proposed_.clear();
   useful_.clear();
   mutation_use_ = 1.0f;
-  rays_ = 0;
+  rays_ = emission_rays_ = 0;
+  emission_ = {};
+  starts_.reset();
 }
 
 void FollowedHints::begin(std::shared_ptr<const AttachedHints> attached, PathSpace& space, uint32_t seed,
                           const std::atomic<bool>& stop) {
   clear();
   attached_ = std::move(attached);
-  if (hints().empty()) return;
-  guide_ = HintGuide(hints());
-  PathSpace tried = space;
-  tried.guide = &guide_;
-  learn(tried, seed, stop);
+  if (!hints().empty()) {
+    guide_ = HintGuide(hints());
+    PathSpace tried = space;
+    tried.guide = &guide_;
+    learn(tried, seed, stop);
+  }
+  if (attached_->emission) emission_ = attached_->emission->get({space.scene, space.media, seed}, stop, emission_rays_);
+  if (emission_.map) starts_.emplace(emission_.map, emission_.share, guide_.active() ? &guide_ : nullptr);
   space.guide = guide();
 }
 

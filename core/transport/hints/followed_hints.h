@@ -29,14 +29,21 @@ class FollowedHints {
 
   const Hints& hints() const { return attached_->hints; }
   const std::vector<HintReport>& reports() const { return attached_->reports; }
-  /// Null if no hint is followed.
-  const HintGuide* guide() const { return guide_.active() ? &guide_ : nullptr; }
+  /// Null if no hint is followed and no start was learned.
+  const LightWalkGuide* guide() const {
+    if (starts_) return &*starts_;
+    return guide_.active() ? &guide_ : nullptr;
+  }
+  /// By which factor learned starts reduce the second moment of photons; 0 if walks do not follow them.
+  double emission_gain() const { return starts_ ? emission_.gain : 0.0; }
   /// Factor of the usual share of mutations by hints, at most 1. It follows from the light of paths that hints could
   /// have proposed completely.
   float mutation_use() const { return mutation_use_; }
   /// For integrators without chains. The light is that of the learning samples, and `proposed` counts those samples.
   std::vector<HintStatistics> statistics() const;
+  /// Rays that learned the shares of hints, and the starts.
   uint64_t rays() const { return rays_; }
+  uint64_t emission_rays() const { return emission_rays_; }
 
  private:
   struct Trial;
@@ -45,10 +52,12 @@ class FollowedHints {
 
   std::shared_ptr<const AttachedHints> attached_ = std::make_shared<const AttachedHints>();
   HintGuide guide_;
+  LearnedEmission emission_;
+  std::optional<EmissionGuide> starts_;
   std::vector<double> light_;  ///< of each hint: its part of the light in the image
   std::vector<uint64_t> proposed_, useful_;
   float mutation_use_ = 1.0f;
-  uint64_t rays_ = 0;
+  uint64_t rays_ = 0, emission_rays_ = 0;
 };
 
 }  // namespace ajar

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "lights/lamp.h"
 #include "math/frame.h"
 #include "math/warps.h"
 #include "transport/paths/ray_events.h"
@@ -253,28 +254,10 @@ double Hints::pdf_position(const Hint& hint, LightType type, Vec3 normal) {
 }
 
 void Hints::sample_position(const Hint& hint, const Light& light, Vec2 u, Vec3& position, Vec3& normal) {
-  position = light.position;
-  normal = light.frame.n;
-  switch (light.type) {
-    case LightType::Sphere:
-    case LightType::SpotSphere:
-      normal = warp::square_to_sphere(u);
-      if (glm::dot(normal, hint.axis) < 0.0f) normal = -normal;
-      position += (light.soft ? -light.radius : light.radius) * normal;
-      return;
-    case LightType::Rectangle:
-    case LightType::Ellipse: {
-      const Vec2 d = light.type == LightType::Ellipse ? warp::square_to_disk(u) : 2.0f * u - 1.0f;
-      position += d.x * light.edge1 + d.y * light.edge2;
-      return;
-    }
-    case LightType::Triangle: {
-      const Vec2 b = warp::square_to_triangle(u);
-      position += b.x * light.edge1 + b.y * light.edge2;
-      return;
-    }
-    default: return;
-  }
+  sample_place(light, u, position, normal);
+  if (!is_sphere(light.type) || !(glm::dot(normal, hint.axis) < 0.0f)) return;
+  normal = -normal;
+  position = 2.0f * light.position - position;
 }
 
 Vec3 Hints::sample_direction(const Hint& hint, size_t j, Vec3 position, Vec2 u) {

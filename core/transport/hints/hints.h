@@ -18,11 +18,13 @@
 // Hints only propose. Every proposal is weighted by its density, so hints do not change the expectation of an image.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "scene/scene.h"
+#include "transport/photons/emission_training.h"
 
 namespace ajar {
 
@@ -103,6 +105,8 @@ class Hints {
 struct AttachedHints {
   Hints hints;
   std::vector<HintReport> reports;
+  /// Starts of walks from lights that need no hint. Null: none are learned.
+  std::shared_ptr<SharedEmission> emission = std::make_shared<SharedEmission>();
 };
 inline AttachedHints attach_hints(const Scene& scene) {
   AttachedHints attached;

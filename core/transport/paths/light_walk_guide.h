@@ -1,7 +1,7 @@
 // A guide for walks from lights, in addition to power, emission and BSDFs: a mixture over starts and over directions at
 // surfaces. Its densities depend only on position and direction. All code that weights walks from lights uses these
 // densities, so a guide does not change the mean of an image. Light hints are such a guide
-// (transport/hints/hint_guide.h).
+// (transport/hints/hint_guide.h), and so are learned starts (transport/guiding/emission_guide.h).
 #pragma once
 
 #include <optional>
@@ -25,7 +25,8 @@ class LightWalkGuide {
     Vec3 position, normal, direction;
   };
   virtual Start start(const LightSet& lights, float u_choice, Vec2 u_position, Vec2 u_direction) const = 0;
-  /// Sets the densities of a walk with this start. They replace the densities without a guide in `end`.
+  /// Sets the densities of a walk with this start. They replace the densities without a guide in `end`. `position`: on
+  /// the light; for distant lights any point of the ray.
   virtual void mix(const LightSet& lights, uint32_t light, Vec3 position, Vec3 normal, Vec3 direction,
                    LightEnd& end) const = 0;
 

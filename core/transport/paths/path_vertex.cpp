@@ -248,7 +248,8 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   end.pdf_origin = probability * (light.distant ? (parallel ? 1.0f : le.pdf_solid_angle) : le.pdf_area);
   end.pdf_by_power = end.pdf_origin;
   end.pdf_direction = light.distant ? le.pdf_area : le.pdf_solid_angle;
-  if (guide) guide->mix(lights, index, light.position(), light.point.ng, edge.to_eye, end);
+  if (guide)
+    guide->mix(lights, index, light.distant ? next.position() : light.position(), light.point.ng, edge.to_eye, end);
   if (lights.any_without_walks() && !lights.flags(index).starts_walks())
     end.pdf_origin = end.pdf_by_power = 0.0f;  // no walk starts here, see start_at_light
   if (next.kind == VertexKind::Surface || next.kind == VertexKind::Medium) {

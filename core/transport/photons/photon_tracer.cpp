@@ -11,6 +11,7 @@
 #include "transport/media/path_media.h"
 #include "transport/paths/ray_events.h"
 #include "transport/paths/walk.h"
+#include "transport/photons/photon_lookups.h"
 
 namespace ajar {
 
@@ -75,7 +76,7 @@ class BlockTracer {
     float pmf;
     std::optional<LightRay> start;
     if (guide && guide->sets_out(u_choice)) {
-      start = start_along_hint(guide->start(lights, u_choice, u_position, u_direction), light);
+      start = start_along(guide->start(lights, u_choice, u_position, u_direction), light);
       pmf = lights.power_pmf(light);
     } else {
       const auto choice = lights.choose_by_power(u_choice);
@@ -90,8 +91,10 @@ class BlockTracer {
     fading_.reset();
     if (lights.depends_on_distance(light)) fading_ = {light, *start};
     LightEnd end;
-    end.pdf_origin = pmf * start->pdf_area;
-    end.pdf_direction = start->pdf_solid_angle;
+    const bool distant = is_distant(flags_.type);
+    end.pdf_origin = pmf * (distant ? start->pdf_solid_angle : start->pdf_area);
+    end.pdf_direction = distant ? start->pdf_area : start->pdf_solid_angle;
+    const double without = double(end.pdf_origin) * double(end.pdf_direction);
     if (guide) guide->mix(lights, light, start->ray.origin, start->normal, start->ray.direction, end);
     Color flux = start->radiance * (abs_dot(start->normal, start->ray.direction) /
                                     (end.pdf_origin * end.pdf_direction * float(emission_.count)));
@@ -101,14 +104,21 @@ class BlockTracer {
     if (media_) {
       stack_ = media_->around(ray.origin, ray.time);
       // The volume of the world has no end: light from infinity is lost in it.
-      if (is_distant(flags_.type) && media_->fills_world()) return;
+      if (distant && media_->fills_world()) return;
     }
+    value_ = 0.0;
+    sharp_first_ = false;
+    entry_ = start->ray.origin;
     walk(ray, flux, out);
+    if (value_ > 0.0)
+      out.values.push_back({{light, distant ? entry_ : start->ray.origin, start->ray.direction, float(value_)},
+                            float(double(end.pdf_origin) * double(end.pdf_direction) / without),
+                            sharp_first_});
   }
 
  private:
   /// The ray that sample_le would return for this start.
-  std::optional<LightRay> start_along_hint(const LightWalkGuide::Start& start, uint32_t& light) {
+  std::optional<LightRay> start_along(const LightWalkGuide::Start& start, uint32_t& light) {
     const LightSet& lights = scene_.lights();
     light = start.light;
     make_light_vertex(scene_, light, start.position, start.normal, start.direction, emission_.time, light_);
@@ -117,9 +127,12 @@ class BlockTracer {
     r.ray.direction = start.direction;
     r.ray.time = emission_.time;
     r.normal = light_.delta ? start.direction : light_.point.ng;
-    r.radiance = light_.program
-                     ? light_.shading.emission
-                     : lights.lamp_radiance(light, start.position, start.direction, emission_.time, kUsualDistance);
+    if (light_.program)
+      r.radiance = light_.shading.emission;
+    else if (int(light) == lights.environment_index())
+      r.radiance = lights.environment_radiance(-start.direction, 0);
+    else
+      r.radiance = lights.lamp_radiance(light, start.position, start.direction, emission_.time, kUsualDistance);
     r.barycentric = light_.point.barycentric;
     if (light_.program && light_.program->emission_depends_on_distance()) {
       light_.point.ray_length = kUsualDistance;
@@ -127,7 +140,7 @@ class BlockTracer {
     }
     const LightSet::LePdf pdf = lights.pdf_le(light, light_.point.ng, start.direction, emission_.time);
     r.pdf_area = pdf.pdf_area;
-    r.pdf_solid_angle = pdf.pdf_solid_angle;
+    r.pdf_solid_angle = light_.delta && light_.distant ? 1.0f : pdf.pdf_solid_angle;
     if (is_sphere(lights.flags(light).type) && !(glm::dot(r.normal, start.direction) > 0.0f)) return {};
     return r;
   }
@@ -158,6 +171,7 @@ class BlockTracer {
       }
       if (!hit.found()) return;
       scene_.shading_point(ray, hit, point);
+      if (vertex == 0) entry_ = point.position;
       if (media_ && scene_.material(hit).has_volume() && !scene_.material(hit).has_surface()) {
         media_->cross(hit, !point.backfacing, stack_);
         ray = scene_.straight_on(point, ray, hit.t);
@@ -203,6 +217,7 @@ class BlockTracer {
       if (!lit || goes_inwards(point, side, sample->wi) || (beyond_other && !was_rough_))
         return;  // sharp lobes see lights past nothing (LightFlags::partial)
       beyond_other = false;
+      if (bounces.total == 0) sharp_first_ = !was_rough_;
       soft_lamp_.reset();
       if (separated && !keep_visible(point, *(was_rough_ ? split.rough() : split.sharp()), *sample, flux)) return;
       bounces.add(*sample);
@@ -296,6 +311,14 @@ class BlockTracer {
     const float cosine = glm::dot(point.wo, point.ng);
     if (!(cosine > 1e-6f)) return;
     const SeenFrom side = seen_from(rough, point.ng);
+    if (emission_.values) {
+      const double y = double(luminance(glm::abs(flux))) / double(cosine);
+      if (emission_.plan.caustic && bounces.caustic(limits))
+        value_ += y * std::sqrt(emission_.values->density(ArrivalMap::kSeen, point.position, side.normal));
+      if (emission_.plan.global && bounces.global(limits))
+        value_ += y * std::sqrt(emission_.values->density(ArrivalMap::kGathered, point.position, side.normal));
+      return;
+    }
     const Photon photon{{point.position, pack_direction(side.normal)},
                         flux / cosine,
                         pack_direction_short(point.wo) | kernels_.packed(point.ray_length) | side.flags};
@@ -368,6 +391,9 @@ class BlockTracer {
   PathVertex light_;
   SurfaceShading shading_;
   bool was_rough_ = false;
+  double value_ = 0.0;  ///< of the photon path
+  bool sharp_first_ = false;
+  Vec3 entry_{0.0f};                ///< the first surface of the photon path
   MediaStack stack_;                ///< of the present ray
   std::optional<Light> soft_lamp_;  ///< of the present ray, if it comes straight from one
   LightFlags flags_;                ///< of the photon's light
@@ -439,6 +465,7 @@ PhotonBatch trace_photons(const Scene& scene, const PathMedia* media, const Phot
     append(all.global, part.global);
     append(all.caustic, part.caustic);
     append(all.sites, part.sites);
+    append(all.values, part.values);
     for (int c = 0; c < 3; ++c) all.emitted[c] += part.emitted[c];
     all.rays += part.rays;
   }

@@ -12,11 +12,13 @@
 
 #include <atomic>
 
+#include "transport/guiding/emission_guide.h"
 #include "transport/media/path_media.h"
-#include "transport/paths/light_walk_guide.h"
 #include "transport/photons/photon_map.h"
 
 namespace ajar {
+
+class PhotonLookups;  // transport/photons/photon_lookups.h
 
 /// Number of emitted photon paths, or of chain steps, in a pass for an image of this many pixels.
 uint32_t photons_of_a_pass(double pixels);
@@ -36,10 +38,18 @@ struct PhotonPlan {
 };
 PhotonPlan plan_photons(const Scene& scene);
 
+/// The start of a photon path that is worth something to the image.
+struct PhotonValue {
+  LightStart start;
+  float density_ratio;  ///< density of the start, over that without a guide
+  bool sharp_first;     ///< a sharp lobe scattered the light first, so that light sampling does not find the path
+};
+
 struct PhotonBatch {
   std::vector<Photon> global;         ///< light that arrives on all paths
   std::vector<Photon> caustic;        ///< light that arrives after at least one sharp scattering event and no rough one
   std::vector<IrradianceSite> sites;  ///< every `site_stride`-th position of a photon on a Lambertian surface
+  std::vector<PhotonValue> values;    ///< of the photon paths, if they are asked for
   double emitted[3] = {0, 0, 0};      ///< watts
   uint64_t rays = 0;
 };
@@ -50,8 +60,11 @@ struct PhotonEmission {
   uint32_t count = 0;  ///< photon paths
   uint32_t site_stride = 4;
   float time = 0.0f;  ///< time_of_pass
-  /// Hints that photons follow in addition. The flux is then smaller where hints send many photons.
+  /// What photons follow in addition. The flux is then smaller where it sends many photons.
   const LightWalkGuide* guide = nullptr;
+  /// If it is not null, photons are not stored. Each path has a value instead: the flux of its photons, times the
+  /// density of lookups there.
+  const PhotonLookups* values = nullptr;
 };
 /// Returns early with the photons so far when `stop` is set.
 PhotonBatch trace_photons(const Scene& scene, const PathMedia* media, const PhotonEmission& emission,

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "agreement.h"
+#include "denoise/open_image_denoise.h"
+#include "hint_fixtures.h"
 
 namespace ajar::test_mixture {
 
@@ -175,13 +177,15 @@ TEST(Mixture, not_with_passes_that_have_no_mean) {
 
 /// Renders a scene in which several techniques are about as good, with `auto` for a denoised image.
 struct Auto {
+  static constexpr int kSize = 64;
   Session session;
   nlohmann::json statistics;
   std::vector<float> image, halves;
 
   explicit Auto(std::vector<std::string> passes, int threads = 2, bool keeps_checkpoints = false) {
-    SceneDescription d = with(hidden_lamp(), "auto", 256, threads);
-    d.settings.width = d.settings.height = 96;
+    OpenImageDenoise::load(AJAR_STAND_IN_DENOISER);
+    SceneDescription d = with(keyhole(false, 0.4f), "auto", 256, threads);
+    d.settings.width = d.settings.height = kSize;
     d.settings.denoised = true;
     d.settings.passes = std::move(passes);
     if (keeps_checkpoints) session.checkpoint();
@@ -198,7 +202,7 @@ TEST(Mixture, a_denoised_render_mixes_what_the_pilot_cannot_tell_apart) {
   const Auto mixed({"Combined", "Halves"});
   ASSERT_TRUE(mixed.statistics.contains("techniques")) << mixed.statistics["plan"].dump(1);
   const auto& techniques = mixed.statistics["techniques"];
-  ASSERT_EQ(techniques.size(), 2u) << "after the trial";
+  ASSERT_EQ(techniques.size(), 2u) << "after the trial: " << mixed.statistics["plan"].dump(1);
   EXPECT_EQ(techniques[0]["integrator"], mixed.statistics["integrator"]);
   EXPECT_NE(techniques[1]["integrator"], mixed.statistics["integrator"]);
   EXPECT_EQ(mixed.statistics["bias"], "consistent");
@@ -212,7 +216,7 @@ TEST(Mixture, a_denoised_render_mixes_what_the_pilot_cannot_tell_apart) {
   EXPECT_GT(double(mixed.statistics["samples_per_pixel"]["mean"]), 32.0);
   EXPECT_LE(samples, 256.0);
   EXPECT_GT(samples, 160.0);
-  EXPECT_EQ(mixed.halves.size(), 12u * 96 * 96);
+  EXPECT_EQ(mixed.halves.size(), 12u * Auto::kSize * Auto::kSize);
   for (const float v : mixed.halves) ASSERT_TRUE(std::isfinite(v));
   int steps = 0;
   for (const auto& step : mixed.statistics["plan"])
@@ -225,7 +229,7 @@ TEST(Mixture, checkpoints_and_separated_light_are_those_of_one_technique) {
   const Auto checkpoints({"Combined", "Halves"}, 2, true), parts({"Combined", "Halves", "DiffDir"});
   for (const Auto* one : {&checkpoints, &parts}) {
     EXPECT_FALSE(one->statistics.contains("techniques"));
-    EXPECT_EQ(one->halves.size(), 6u * 96 * 96);
+    EXPECT_EQ(one->halves.size(), 6u * Auto::kSize * Auto::kSize);
   }
   ASSERT_TRUE(checkpoints.session.checkpoint());
   EXPECT_EQ(checkpoints.session.checkpoint()->samples, 256.0);

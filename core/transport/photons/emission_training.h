@@ -1,0 +1,47 @@
+// Learns where photons should start (emission_guide.h), before the first pass.
+//
+// First proposals: from places where the image looks up the maps straight to the lights, through surfaces that transmit
+// light. They find small windows and glass in front of lamps at once. Then a few thousand photons in each of some
+// rounds. A photon's value is the sum, over the places where it would be stored, of its flux times the density of
+// lookups there. The result is used if it reduces the second moment of these values, which is that of the noise of the
+// photons' light in the image. It is used for nothing else than proposals, and its photons are not stored.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "transport/guiding/emission_guide.h"
+#include "transport/photons/photon_lookups.h"
+#include "transport/photons/photon_tracer.h"
+
+namespace ajar {
+
+struct EmissionTask {
+  const Scene& scene;
+  const PathMedia* media;  ///< null if the scene has none
+  uint32_t seed;
+};
+
+struct LearnedEmission {
+  std::shared_ptr<const EmissionMap> map;  ///< null: not worth it
+  float share = 0.0f;                      ///< of the walks that start as learned
+  double gain = 1.0;  ///< second moment without the map over that with it; estimated by the last round
+  uint64_t rays = 0;
+};
+LearnedEmission learn_emission(const EmissionTask& task, const std::atomic<bool>& stop);
+
+/// The emission of one scene, learned when it is first asked for, and again if the camera has moved. All integrators that
+/// render the scene share it.
+class SharedEmission {
+ public:
+  /// `rays`: those that this call has traced are added. Nothing is kept if it is stopped.
+  LearnedEmission get(const EmissionTask& task, const std::atomic<bool>& stop, uint64_t& rays);
+
+ private:
+  std::mutex mutex_;
+  std::optional<LearnedEmission> learned_;
+  Vec3 camera_position_{0.0f}, camera_direction_{0.0f};
+};
+
+}  // namespace ajar
