@@ -8,7 +8,8 @@
 // does not depend on the camera, but photons follow the artist's light hints (transport/hints/hint_guide.h). Media,
 // hair and walks below surfaces are path traced from the eye up to the next surface that stores photons; photons pass
 // them too. Gather rays also start where a medium scatters a camera ray. All photons and samples of a pass have the
-// same time. Bounce limits apply on each side of the map, not to the whole path.
+// same time. Bounce limits apply to the whole path (transport/photons/bounces_left.h), but that of transparent surfaces to
+// each side of the map.
 #pragma once
 
 #include "integrators/integrator.h"

@@ -26,7 +26,7 @@ inline constexpr uint64_t kStructureBytesPerTriangle = 96, kCompactBytesPerTrian
 /// Maximum number of photons that a photon path or a step of a chain leaves, in scenes that are not all white.
 inline constexpr uint64_t kPhotonsPerPath = 4;
 /// Bytes of a photon in its map, in the list from which the next map is made, and in the order of its tree.
-inline constexpr uint64_t kBytesPerPhoton = 32 + 32 + 24 + 4;
+inline constexpr uint64_t kBytesPerPhoton = 32 + 36 + 24 + 4;
 
 struct MemoryPart {
   std::string what;  ///< such as "geometry"

@@ -97,6 +97,8 @@ class EyeMedia {
   }
   /// A surface has chosen the direction.
   void scattered_at_surface() { chose_ = false; }
+  /// How often volumes have scattered the walk.
+  int bounces() const { return depth_; }
   /// A volume bounce limit is reached.
   bool at_limit() const { return depth_ > scene_.settings().bounces.volume; }
 

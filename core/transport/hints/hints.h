@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "scene/scene.h"
-#include "transport/photons/emission_training.h"
+#include "transport/hints/emission_training.h"
 
 namespace ajar {
 

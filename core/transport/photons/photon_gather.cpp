@@ -50,6 +50,11 @@ void leave_along(EyeMedia& media, EyeWalk& walk, Vec3 wi) {
   walk.leave_along(wi);
 }
 
+/// The bounces of a walk that has reached `point`.
+BounceCounts bounces_of(const ShadingPoint& point, const EyeMedia& media) {
+  return {point.ray_depth, point.diffuse_depth, point.glossy_depth, point.transmission_depth, media.bounces()};
+}
+
 /// Density that competes with light sampling for the light that this sample's ray hits; 0: light sampling cannot find it.
 float hit_pdf(const BsdfSample& sample) { return sample.specular ? 0.0f : sample.pdf_solid_angle; }
 
@@ -205,7 +210,7 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, co
   if (log_ && depth == 0 && (pixel_ + index_) % uint32_t(log_->stride[ArrivalMap::kSeen]) == 0)
     log_arrival(ArrivalMap::kSeen, point, throughput);
   if (maps_.has_caustic) {
-    const auto lookup = settings_.caustic_lookup(maps_.caustic_radius);
+    const auto lookup = settings_.caustic_lookup(maps_.caustic_radius, bounces_of(point, place.media));
     const Color caustic = maps_.caustic.radiance(point, rough, lookup);
     sum += caustic;
     if (separates) [[unlikely]]
@@ -269,7 +274,7 @@ Color PhotonGatherer::at_rough(const ShadingPoint& point, const Bsdf& rough, con
                                Numbers numbers) {
   const auto [sampler, dimension] = numbers;
   if (depth > 0) return reflected(point, rough, place, Color(0.0f), 1, depth, {sampler, dimension + kVertexDimensions});
-  Color radiance = maps_.has_global ? from_map(point, rough) : Color(0.0f);
+  Color radiance = maps_.has_global ? from_map(point, rough, bounces_of(point, place.media)) : Color(0.0f);
   if (settings_.light_without_photons && !log_only_) radiance += light_without_photons(point, rough, place, dimension);
   if (scene_.lights().any_partial()) radiance += partial_light(point, rough, place, sampler, dimension + kRoughLight);
   return radiance;
@@ -431,13 +436,14 @@ void PhotonGatherer::log_arrival(int place, const ShadingPoint& point, Color thr
     log_->at[place].push_back({{point.position, pack_direction(point.ng)}, y, hash_combine(pixel_, index_) & 1u});
 }
 
-Color PhotonGatherer::from_map(const ShadingPoint& point, const Bsdf& rough) {
+Color PhotonGatherer::from_map(const ShadingPoint& point, const Bsdf& rough, const BounceCounts& bounces) {
   Color irradiance;
-  if (is_plain_lambert(rough) && maps_.sites.find(point.position, point.ng, 0.5f * maps_.global_radius, irradiance)) {
+  if (is_plain_lambert(rough) &&
+      maps_.sites.find(point.position, point.ng, 0.5f * maps_.global_radius, bounces, irradiance)) {
     ++from_sites_;
     return rough.lobe(0).weight * kInvPi * irradiance;
   }
-  return maps_.global.radiance(point, rough, {settings_.gather_neighbours, maps_.global_radius});
+  return maps_.global.radiance(point, rough, {settings_.gather_neighbours, maps_.global_radius, 0, {}, bounces});
 }
 
 }  // namespace ajar

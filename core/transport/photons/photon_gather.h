@@ -41,7 +41,9 @@ struct GatherSettings {
   bool light_without_photons = false;  ///< a volume or a surface emits that sends no photons
   int gather_neighbours = 10;  ///< photons in an estimate at the end of a gather ray, where no irradiance site is near
 
-  PhotonMap::Lookup caustic_lookup(float radius) const { return {neighbours, radius, enough, pixel}; }
+  PhotonMap::Lookup caustic_lookup(float radius, const BounceCounts& bounces = {}) const {
+    return {neighbours, radius, enough, pixel, bounces};
+  }
 };
 
 /// The work of one thread: radiance along camera rays, and counts of what is traced.
@@ -161,7 +163,7 @@ class PhotonGatherer {
     return log_ && (pixel_ + index_ + i) % uint32_t(log_->stride[ArrivalMap::kGathered]) == 0;
   }
   void log_arrival(int place, const ShadingPoint& point, Color throughput);
-  Color from_map(const ShadingPoint& point, const Bsdf& rough);
+  Color from_map(const ShadingPoint& point, const Bsdf& rough, const BounceCounts& bounces);
 
   const Scene& scene_;
   const PathMedia* media_;

@@ -28,7 +28,7 @@ void PhotonMap::build(std::vector<Photon> photons, std::vector<uint32_t>& order)
   tree_.build(std::move(points), order);
   lights_.resize(photons.size());
   for (size_t i = 0; i < photons.size(); ++i)
-    lights_[i] = {photons[order[i]].flux_over_cosine, photons[order[i]].packed_direction};
+    lights_[i] = {{photons[order[i]].flux_over_cosine, photons[order[i]].left}, photons[order[i]].packed_direction};
 }
 
 void PhotonMap::find(Vec3 position, Vec3 normal, const Lookup& lookup, PointTree::Neighbours& found) const {
@@ -44,16 +44,39 @@ float PhotonMap::radius2_at(const SurfacePoint& point) const {
   return found.radius2;
 }
 
-Color PhotonMap::irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const {
+float PhotonMap::share_within(PackedBounces left, const BounceCounts& before, const Bsdf& bsdf, Vec3 to_eye,
+                              Vec3 to_light) {
+  const Bsdf::KindShares shares = bsdf.kind_shares(to_eye, to_light, false);
+  const auto after = [&](float share, int diffuse, int glossy, int transmission) {
+    BounceCounts counts = before;
+    counts.diffuse += diffuse, counts.glossy += glossy, counts.transmission += transmission;
+    return PackedBounces(counts).within(left) ? share : 0.0f;
+  };
+  return after(shares.diffuse, 1, 0, 0) + after(shares.glossy, 0, 1, 0) + after(shares.transmission, 0, 0, 1) +
+         after(shares.diffuse_transmission, 1, 0, 1);
+}
+
+Color PhotonMap::irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup, BouncesOfIrradiance* limit) const {
   PointTree::Neighbours found;
   find(position, ng, lookup, found);
+  BounceCounts counts = lookup.bounces;
+  ++counts.diffuse;
+  const PackedBounces bounces(counts);
+  BouncesOfIrradiance used;
   Color sum(0.0f);
   for (int i = 0; i < found.count; ++i) {
     const Light& light = lights_[found.index[i]];
     const float inverse_share = inverse_share_of(found, i, position);
+    const PackedBounces left = light.over_cosine.left();
+    if (!bounces.within(left)) {
+      used.all = false;
+      continue;
+    }
+    used.left = min(used.left, left);
     sum += std::max(glm::dot(unpack_direction_short(light.packed_direction), ns), 0.0f) * inverse_share *
-           light.flux_over_cosine;
+           light.over_cosine.flux();
   }
+  if (limit) *limit = used;
   return found.count > 0 ? sum / (kPi * found.radius2) : sum;
 }
 
@@ -75,7 +98,7 @@ void PhotonMap::add_to(PhotonPoints& points, uint64_t stride, uint32_t flags) co
     const float cosine = std::abs(
         glm::dot(unpack_direction_short(light.packed_direction), unpack_direction(at.packed_normal)));
     points.positions.push_back(at.position);
-    points.powers.push_back(light.flux_over_cosine * cosine);
+    points.powers.push_back(light.over_cosine.flux() * cosine);
   }
 }
 
@@ -90,13 +113,16 @@ void IrradianceMap::build(const std::vector<IrradianceSite>& sites, const Photon
   for (size_t i = 0; i < sites.size(); ++i) points[i] = sites[i].point;
   std::vector<uint32_t> order;
   tree_.build(std::move(points), order);
-  irradiance_.resize(sites.size());
+  entries_.resize(sites.size());
+  PhotonMap::Lookup with_bounces = lookup;
+  with_bounces.bounces = kAfter;
   tbb::parallel_for(tbb::blocked_range<size_t>(0, sites.size(), 256), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t i = range.begin(); i != range.end(); ++i) {
       const SurfacePoint& point = tree_[uint32_t(i)];
-      irradiance_[i] = Vec4(photons.irradiance(point.position, unpack_direction(point.packed_normal),
-                                               sites[order[i]].shading_normal, lookup),
-                            0.0f);
+      PhotonMap::BouncesOfIrradiance limit;
+      const Color irradiance = photons.irradiance(point.position, unpack_direction(point.packed_normal),
+                                                  sites[order[i]].shading_normal, with_bounces, &limit);
+      entries_[i] = {irradiance, limit.left, limit.all};
     }
   });
 }

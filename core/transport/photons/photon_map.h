@@ -4,10 +4,12 @@
 // the cosine at the shading normal) over photons is then exact also where the two normals differ:
 //   L(x, wo) = 1 / (pi r^2) sum_p f_cos(wo, wi_p) flux_p / |cos(wi_p, ng_p)|.
 // A photon that has come a distance of less than r counts within that distance only, with r^2 over its square.
-// A photon takes 32 bytes, and 16 bytes for the surface around it (photon_discs.h).
+// Lookups leave out photons whose path would exceed a bounce limit (bounces_left.h).
+// A photon of a map takes 32 bytes, and 16 bytes for the surface around it (photon_discs.h).
 #pragma once
 
 #include "scene/scene.h"
+#include "transport/photons/bounces_left.h"
 #include "transport/photons/photon_discs.h"
 #include "transport/photons/photon_points.h"
 #include "transport/photons/point_tree.h"
@@ -18,6 +20,7 @@ struct Photon {
   SurfacePoint point;
   Color flux_over_cosine;     ///< watts
   uint32_t packed_direction;  ///< short, towards the previous vertex of the light's path; its kernel, and flags
+  PackedBounces left = {};    ///< bounces that the limits leave to the eye's side of the path, this scattering included
 
   /// Lookups from the other side of the surface see the photon too.
   static constexpr uint32_t kTransmits = 1u << 31;
@@ -25,7 +28,7 @@ struct Photon {
   static constexpr uint32_t kOfChain = 1u << 30;
   bool transmits() const { return packed_direction & kTransmits; }
 };
-static_assert(sizeof(Photon) == 32);
+static_assert(sizeof(Photon) == 36);
 
 /// The largest area over which a photon spreads its light. The light of a path that has come from a distance d varies
 /// over about d: light below a lamp that hangs close to a ceiling must not reach the ceiling around the lamp. Kernels are
@@ -91,6 +94,7 @@ class PhotonMap {
     float radius = 0.0f;
     int enough = 0;  ///< 0: all photons within `radius`
     PixelRadius pixel = {};
+    BounceCounts bounces = {};  ///< of the eye's side of the path, without the scattering at the point of the lookup
   };
 
   /// `order[i]` becomes the index in `photons` of photon i of the map.
@@ -131,8 +135,13 @@ class PhotonMap {
                           [&](uint32_t, Vec3 direction) { return bsdf.f_cos_of_kinds(point.wo, direction)[k]; });
     return sums;
   }
-  /// Irradiance on the side of `ng`, with the cosine at `ns`.
-  Color irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const;
+  /// Irradiance on the side of `ng`, with the cosine at `ns`, for a surface that scatters diffusely. `limit`: null, or it
+  /// receives for which lookups it is.
+  struct BouncesOfIrradiance {
+    PackedBounces left;  ///< the least that one of the photons leaves
+    bool all = true;     ///< no photon was left out because of its bounces
+  };
+  Color irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup, BouncesOfIrradiance* limit = nullptr) const;
   /// Distance from `point` to the k-th photon; `max_distance` if there are fewer photons within that distance.
   float reach(const SurfacePoint& point, int k, float max_distance) const;
   /// Adds every `stride`-th photon that has these flags, for display.
@@ -141,15 +150,17 @@ class PhotonMap {
 
  private:
   struct Light {
-    Color flux_over_cosine;
+    FluxWithBounces over_cosine;
     uint32_t packed_direction;
   };
+  static_assert(sizeof(Light) == 16);
   /// The sum over the photons around a point of f_cos(photon, its direction) times the flux, over the area.
   template <class Scattering>
   Color scattered(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup, Scattering&& f_cos) const {
     if (empty()) return Color(0.0f);
     PointTree::Neighbours found;
     Color radiance(0.0f);
+    const PackedBounces most = with_all_kinds(lookup.bounces);
     const int sides = transmits(bsdf) ? 2 : 1;
     for (int side = 0; side < sides; ++side) {
       find(point.position, side == 0 ? point.ng : -point.ng, lookup, found);
@@ -159,12 +170,26 @@ class PhotonMap {
         const float inverse_share = inverse_share_of(found, i, point.position);
         if (!(inverse_share > 0.0f)) continue;
         const Vec3 direction = unpack_direction_short(light.packed_direction);
-        sum += f_cos(found.index[i], direction) * light.flux_over_cosine * inverse_share;
+        const PackedBounces left = light.over_cosine.left();
+        float share = 1.0f;
+        if (!most.within(left)) [[unlikely]] {
+          share = share_within(left, lookup.bounces, bsdf, point.wo, direction);
+          if (!(share > 0.0f)) continue;
+        }
+        sum += f_cos(found.index[i], direction) * light.over_cosine.flux() * (inverse_share * share);
       }
       if (found.count > 0) radiance += sum / (kPi * found.radius2);
     }
     return radiance;
   }
+  /// The counts after a scattering of any kind.
+  static PackedBounces with_all_kinds(BounceCounts counts) {
+    ++counts.diffuse, ++counts.glossy, ++counts.transmission;
+    return PackedBounces(counts);
+  }
+  /// The probability that path tracing would sample, for this scattering, a lobe of a kind that the limits allow.
+  static float share_within(PackedBounces left, const BounceCounts& before, const Bsdf& bsdf, Vec3 to_eye,
+                            Vec3 to_light);
   /// Squared radius of an estimate like those of look_around at a photon.
   float radius2_at(const SurfacePoint& point) const;
   void find(Vec3 position, Vec3 normal, const Lookup& lookup, PointTree::Neighbours& found) const;
@@ -196,24 +221,36 @@ struct IrradianceSite {
   Vec3 shading_normal;
 };
 
-/// Irradiance precomputed at sites [Christensen 1999]. Sites must not depend on the photons of the map that fills them:
-/// an estimate at the position of a photon counts this photon too, and is too high by 1/k. A site takes 32 bytes.
+/// Irradiance precomputed at sites [Christensen 1999], for lookups after a diffuse bounce. Sites must not depend on the
+/// photons of the map that fills them: an estimate at the position of a photon counts this photon too, and is too high
+/// by 1/k. A site takes 36 bytes.
 class IrradianceMap {
  public:
   void build(const std::vector<IrradianceSite>& sites, const PhotonMap& photons, const PhotonMap::Lookup& lookup);
   size_t size() const { return tree_.size(); }
-  size_t memory_bytes() const { return size() * (sizeof(SurfacePoint) + sizeof(Vec4)); }
-  /// Irradiance of the nearest site within `radius`; false when there is none.
-  bool find(Vec3 position, Vec3 ng, float radius, Color& irradiance) const {
+  size_t memory_bytes() const { return size() * (sizeof(SurfacePoint) + sizeof(Entry)); }
+  /// Irradiance of the nearest site within `radius`, for a path with these bounces on the eye's side; false when there
+  /// is none, or when it has light that the bounce limits exclude, or may lack light that they allow.
+  bool find(Vec3 position, Vec3 ng, float radius, BounceCounts bounces, Color& irradiance) const {
     const int site = tree_.nearest(position, ng, radius);
     if (site < 0) return false;
-    irradiance = Color(irradiance_[size_t(site)]);
+    const Entry& entry = entries_[size_t(site)];
+    if (!entry.complete && bounces.diffuse < kAfter.diffuse) return false;
+    ++bounces.diffuse;
+    if (!PackedBounces(bounces).within(entry.left)) return false;
+    irradiance = entry.irradiance;
     return true;
   }
 
  private:
+  static constexpr BounceCounts kAfter{.total = 1, .diffuse = 1};
+  struct Entry {
+    Color irradiance;
+    PackedBounces left;
+    bool complete;  ///< also for lookups with fewer bounces than kAfter
+  };
   PointTree tree_;
-  std::vector<Vec4> irradiance_;
+  std::vector<Entry> entries_;
 };
 
 /// Squared radius of pass i (from 0), relative to that of the first pass: r^2_{i+1} / r^2_i = (i + alpha) / (i + 1) for

@@ -23,25 +23,42 @@ constexpr uint32_t kMediaDimension = 4096, kMediaDimensions = 8;    // for each 
 constexpr uint32_t kChanceDimension = 16384;                        // plus the vertex
 constexpr uint32_t kSideDimension = 20480;                          // plus the vertex
 
-/// Bounces so far, for comparison with the limits that a path tracer applies to the whole path. A stored photon has one
-/// more bounce (caustics) or two more (global map) before it reaches the eye.
+/// Bounces so far, for comparison with the limits, which are for the whole path. The scattering next to the light counts
+/// in the total only. A stored photon has one more bounce (caustics) or two more (global map) before it reaches the eye.
 struct Bounces {
-  int total = 0, diffuse = 0, glossy = 0, transmission = 0, volume = 0;
-  bool only_sharp = true;
+  BounceCounts counts;
+  bool only_sharp = true, diffuse_at_first = false;
   void add(const BsdfSample& sample) {
-    ++total;
     const bool is_diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
-    diffuse += is_diffuse;
-    glossy += !is_diffuse && !transmitted;
-    transmission += transmitted;
+    if (counts.total++ == 0) {
+      diffuse_at_first = is_diffuse;
+      return;
+    }
+    counts.diffuse += is_diffuse;
+    counts.glossy += !is_diffuse && !transmitted;
+    counts.transmission += transmitted;
+  }
+  void add_volume() {
+    counts.volume += counts.total > 0;
+    ++counts.total;
+    only_sharp = false;
   }
   bool global(const BounceLimits& limits) const {
-    return total < limits.total && diffuse < limits.diffuse && glossy <= limits.glossy + 1 &&
-           transmission <= limits.transmission + 1 && volume <= limits.volume;
+    return counts.total < limits.total && counts.diffuse + diffuse_at_first < limits.diffuse && others(limits);
   }
   bool caustic(const BounceLimits& limits) const {
-    return only_sharp && total > 0 && total <= limits.total && glossy <= limits.glossy + 1 &&
-           transmission <= limits.transmission + 1;
+    return only_sharp && counts.total > 0 && counts.total <= limits.total && others(limits);
+  }
+  PackedBounces left(const BounceLimits& limits) const {
+    if (counts.total == 0) return {};  // the eye's side is within the limits, and no other scattering counts
+    return PackedBounces({limits.total - counts.total, limits.diffuse - counts.diffuse, limits.glossy - counts.glossy,
+                          limits.transmission - counts.transmission, limits.volume - counts.volume});
+  }
+
+ private:
+  bool others(const BounceLimits& limits) const {
+    return counts.glossy <= limits.glossy && counts.transmission <= limits.transmission &&
+           counts.volume <= limits.volume;
   }
 };
 
@@ -157,13 +174,10 @@ class BlockTracer {
       ++out.rays;
       if (media_) [[unlikely]] {
         sampler_.set_dimension(kMediaDimension + kMediaDimensions * vertex);
-        const InMedia outcome = pass_media(ray, hit, point, bounces.total == 0, flux);
+        const InMedia outcome = pass_media(ray, hit, point, bounces.counts.total == 0, flux);
         if (outcome == InMedia::End) return;
         if (outcome == InMedia::Scattered) {
-          // The scattering next to the light does not count.
-          bounces.volume += bounces.total > 0;
-          ++bounces.total;
-          bounces.only_sharp = false;
+          bounces.add_volume();
           if (!emission_.plan.global || !bounces.global(limits)) return;
           kind = kRayVolumeScatter;
           continue;
@@ -178,7 +192,7 @@ class BlockTracer {
         continue;
       }
       // What does not block the light of this source is lit by it, and so is what is behind.
-      const bool blocks = bounces.total > 0 ||
+      const bool blocks = bounces.counts.total > 0 ||
                           (flags_.cast_shadow && (scene_.instances()[hit.instance].visibility & flags_.blockers));
       if (!blocks) [[unlikely]] {
         flux *= 2.0f;
@@ -196,10 +210,10 @@ class BlockTracer {
       const Side side = side_of_sphere(ray, hit, vertex, point, flux);
       const LobeSplit split(shading_.bsdf, point.wo, on_strand_or_point(point));
       // Lookups would not separate the kinds of lobes that see the light: they sample such a light themselves.
-      const bool separated = flags_.partial() && bounces.total == 0;
+      const bool separated = flags_.partial() && bounces.counts.total == 0;
       const bool lit = is_lit(point.position, ray.direction) &&
-                       (bounces.total > 0 || flags_.lights(receiver_set(point)));
-      const Color faded = bounces.total == 0 ? faded_at(point.ray_length) : Color(1.0f);
+                       (bounces.counts.total > 0 || flags_.lights(receiver_set(point)));
+      const Color faded = bounces.counts.total == 0 ? faded_at(point.ray_length) : Color(1.0f);
       flux *= faded;
       if (split.rough() && !separated && lit) store(point, *split.rough(), flux, bounces, limits, out);
 
@@ -217,7 +231,7 @@ class BlockTracer {
       if (!lit || goes_inwards(point, side, sample->wi) || (beyond_other && !was_rough_))
         return;  // sharp lobes see lights past nothing (LightFlags::partial)
       beyond_other = false;
-      if (bounces.total == 0) sharp_first_ = !was_rough_;
+      if (bounces.counts.total == 0) sharp_first_ = !was_rough_;
       soft_lamp_.reset();
       if (separated && !keep_visible(point, *(was_rough_ ? split.rough() : split.sharp()), *sample, flux)) return;
       bounces.add(*sample);
@@ -321,7 +335,8 @@ class BlockTracer {
     }
     const Photon photon{{point.position, pack_direction(side.normal)},
                         flux / cosine,
-                        pack_direction_short(point.wo) | kernels_.packed(point.ray_length) | side.flags};
+                        pack_direction_short(point.wo) | kernels_.packed(point.ray_length) | side.flags,
+                        bounces.left(limits)};
     if (emission_.plan.caustic && bounces.caustic(limits)) out.caustic.push_back(photon);
     if (emission_.plan.global && bounces.global(limits)) {
       out.global.push_back(photon);

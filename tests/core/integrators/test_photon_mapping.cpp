@@ -105,6 +105,22 @@ TEST_P(PhotonMapping, agrees_with_the_path_tracer_on_coarse_smooth_shaded_meshes
   expect_agreement(GetParam(), d, 32, 128, 8, 0.025);
 }
 
+TEST_P(PhotonMapping, bounce_limits_are_for_whole_paths) {
+  // Behind a pane of glass and in a mirror, the eye's side of a path has used up most of the bounces that are allowed.
+  SceneDescription d = lit_room(12, kFewPhotons);
+  const int glass = add_material(d, "ShaderNodeBsdfGlass", Color(1.0f), 0.0f),
+            mirror = add_material(d, "ShaderNodeBsdfGlossy", Color(0.9f), 0.0f);
+  Mat4 pane = placed(Vec3(0.0f, -0.7f, 0.0f), 0.9f);
+  pane[1] *= 0.02f;
+  add_object(d, cube(), glass, pane);
+  add_object(d, sphere(), mirror, placed(Vec3(0.3f, 0.4f, -0.3f), 0.5f));
+  for (const BounceLimits& limits : {BounceLimits{4, 4, 4, 4, 8, 0}, BounceLimits{12, 4, 1, 2, 8, 0}}) {
+    SCOPED_TRACE("total " + std::to_string(limits.total) + ", glossy " + std::to_string(limits.glossy));
+    d.settings.bounces = limits;
+    expect_agreement(GetParam(), d, 32, 512, 8, 0.025, 0.02);
+  }
+}
+
 TEST_P(PhotonMapping, caustic_of_a_glass_ball_agrees_with_the_path_tracer) {
   SceneDescription d;
   add_object(d, plane(2.0f), add_diffuse(d, Color(0.8f)));
@@ -127,7 +143,7 @@ TEST(PhotonMap, bias_falls_with_the_number_of_passes_at_the_stated_rate) {
   add_object(d, plane(6.0f), mirror, placed(Vec3(0, 0, 2), 1.0f));
   d.lights.push_back(point_light(Vec3(0, 0, 1), 100.0f));
   set_camera(d, Vec3(0, -0.001f, 0.5f), Vec3(0), 1, 1e-4f);
-  d.settings.bounces = {1, 0, 1, 0, 0, 0};  // direct light and one reflection
+  d.settings.bounces = {1, 1, 1, 0, 0, 0};  // direct light and one reflection
   d.settings.photons =
       600;  // each disc contains fewer than the 60 neighbours of a lookup, so that the radius alone defines it
   const double h = 3.0, r0 = 1.6;
@@ -192,7 +208,7 @@ TEST(PhotonMap, a_narrow_shadow_in_a_caustic_stays_dark) {
   d.lights.push_back(point_light(Vec3(0, 0, 1), 100.0f));
   constexpr int kSize = 32, kMiddle = kSize / 2;
   set_camera(d, Vec3(1.03f, -0.001f, 0.9f), Vec3(1.03f, 0, 0), kSize, 0.25f);
-  d.settings.bounces = {1, 0, 1, 0, 0, 0};  // direct light and one reflection
+  d.settings.bounces = {1, 1, 1, 0, 0, 0};  // direct light and one reflection
   d.settings.photons = 200000;
   SceneDescription only_direct = d;
   only_direct.settings.bounces = {0, 0, 0, 0, 0, 0};

@@ -3,8 +3,8 @@
 #include "hint_fixtures.h"
 
 #include "transport/guiding/emission_guide.h"
+#include "transport/hints/emission_training.h"
 #include "transport/hints/followed_hints.h"
-#include "transport/photons/emission_training.h"
 
 namespace ajar::test_emission_guide {
 

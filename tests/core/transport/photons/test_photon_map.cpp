@@ -206,6 +206,62 @@ TEST(Photons, estimates_as_wide_as_a_pixel_or_with_enough_photons_have_no_bias) 
   }
 }
 
+TEST(Photons, bounces_that_are_left_are_compared_kind_by_kind) {
+  const PackedBounces left({3, 2, 0, 31, 1});
+  EXPECT_TRUE(PackedBounces({3, 2, 0, 900, 1}).within(left)) << "31 is any number";
+  EXPECT_TRUE(PackedBounces(BounceCounts{}).within(left));
+  EXPECT_FALSE(PackedBounces({4, 0, 0, 0, 0}).within(left));
+  EXPECT_FALSE(PackedBounces({0, 3, 0, 0, 0}).within(left));
+  EXPECT_FALSE(PackedBounces({0, 0, 1, 0, 0}).within(left));
+  EXPECT_FALSE(PackedBounces({0, 0, 0, 0, 2}).within(left));
+  EXPECT_FALSE(PackedBounces({0, 0, 0, 40, 0}).within(PackedBounces({3, 2, 0, 30, 1})));
+  EXPECT_EQ(min(left, PackedBounces({1, 5, 0, 7, 40})).bits(), PackedBounces({1, 2, 0, 7, 1}).bits());
+  EXPECT_EQ(min(left, PackedBounces()).bits(), left.bits());
+
+  const Color flux(1.2345678f, 3e-20f, 0.0f);
+  const FluxWithBounces both(flux, left);
+  EXPECT_EQ(both.left().bits(), left.bits());
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(both.flux()[c], flux[c], flux[c] * 0x1p-14f);
+}
+
+TEST(Photons, lookups_leave_out_photons_that_exceed_a_bounce_limit) {
+  constexpr int kPhotons = 20000;
+  const uint32_t up = pack_direction(Vec3(0, 0, 1));
+  Pcg32 rng(2);
+  std::vector<Photon> photons;
+  for (int i = 0; i < kPhotons; ++i) {
+    const Vec3 at(2.0f * rng.next_float() - 1.0f, 2.0f * rng.next_float() - 1.0f, 0.0f);
+    photons.push_back({{at, up},
+                       Color(float(M_PI) * 4.0f / kPhotons),
+                       pack_direction_short(Vec3(0, 0, 1)),
+                       i % 4 == 0 ? PackedBounces({9, 2, 9, 9, 0}) : PackedBounces()});
+  }
+  PhotonMap map;
+  map.build(photons);
+  std::vector<IrradianceSite> places;
+  for (int i = 0; i < 400; ++i)
+    places.push_back({{Vec3(0.09f * float(i % 20) - 0.85f, 0.09f * float(i / 20) - 0.85f, 0.0f), up}, Vec3(0, 0, 1)});
+  IrradianceMap sites;
+  sites.build(places, map, {10, 0.2f});
+  const auto mean = [&](BounceCounts bounces, int& from_sites) {
+    double sum = 0.0;
+    from_sites = 0;
+    for (const IrradianceSite& place : places) {
+      PhotonMap::Lookup lookup{10, 0.2f};
+      lookup.bounces = bounces;
+      sum += double(map.irradiance(place.point.position, Vec3(0, 0, 1), Vec3(0, 0, 1), lookup).y) / M_PI;
+      Color irradiance;
+      from_sites += sites.find(place.point.position, Vec3(0, 0, 1), 0.05f, bounces, irradiance);
+    }
+    return sum / double(places.size());
+  };
+  int found;
+  EXPECT_NEAR(mean({.total = 1, .diffuse = 1}, found), 1.0, 0.05);
+  EXPECT_EQ(found, 400);
+  EXPECT_NEAR(mean({.total = 2, .diffuse = 2}, found), 0.75, 0.05);
+  EXPECT_LT(found, 100) << "most sites have such photons";
+}
+
 TEST(Photons, precomputed_irradiance_keeps_the_mean) {
   // At the position of a photon, the estimate would be too large by 1/k. Sites of another pass are independent of the
   // photons.
@@ -218,7 +274,8 @@ TEST(Photons, precomputed_irradiance_keeps_the_mean) {
     sites.build(trace(*scene, seed + 1000, 1000, false).sites, map, {20, 0.3f});
     for (const float x : {-0.5f, -0.2f, 0.0f, 0.3f, 0.5f}) {
       Color irradiance;
-      if (sites.find(Vec3(x, 0.1f, -1.0f), Vec3(0, 0, 1), 0.3f, irradiance)) moments.add(double(irradiance.y) / M_PI);
+      if (sites.find(Vec3(x, 0.1f, -1.0f), Vec3(0, 0, 1), 0.3f, {1, 1}, irradiance))
+        moments.add(double(irradiance.y) / M_PI);
     }
   }
   EXPECT_GT(moments.count(), 100u);

@@ -1,4 +1,4 @@
-#include "transport/photons/emission_training.h"
+#include "transport/hints/emission_training.h"
 
 #include <algorithm>
 
