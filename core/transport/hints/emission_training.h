@@ -2,9 +2,11 @@
 //
 // First proposals: from places where the image looks up the maps straight to the lights, through surfaces that transmit
 // light. They find small windows and glass in front of lamps at once. Then a few thousand photons in each of some
-// rounds. A photon's value is the sum, over the places where it would be stored, of its flux times the density of
-// lookups there. The result is used if it reduces the second moment of these values, which is that of the noise of the
-// photons' light in the image. It is used for nothing else than proposals, and its photons are not stored.
+// rounds. A photon's value is the sum, over the places where it would be stored, of its flux times the root of the density
+// of lookups there: the variance of the image is the sum over lookups of flux^2, so that its second moment is about that
+// of the noise which photons bring into the image. The result is used if it halves this moment, and if a tenth of the
+// values belongs to paths that light sampling does not find. It is used for proposals only, and its photons are not
+// stored.
 #pragma once
 
 #include <memory>

@@ -48,7 +48,9 @@ void FollowedHints::begin(std::shared_ptr<const AttachedHints> attached, PathSpa
     tried.guide = &guide_;
     learn(tried, seed, stop);
   }
-  if (attached_->emission) emission_ = attached_->emission->get({space.scene, space.media, seed}, stop, emission_rays_);
+  // The seed of the settings, so that what is learned does not depend on the integrator that asks first.
+  const EmissionTask task{space.scene, space.media, space.scene.settings().seed};
+  if (attached_->emission) emission_ = attached_->emission->get(task, stop, emission_rays_);
   if (emission_.map) starts_.emplace(emission_.map, emission_.share, guide_.active() ? &guide_ : nullptr);
   space.guide = guide();
 }

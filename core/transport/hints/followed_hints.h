@@ -1,6 +1,7 @@
-// The artist's light hints in one render: attached, tried, and followed as far as this is efficient.
+// What walks from lights follow in one render: the artist's light hints, attached, tried, and followed as far as this is
+// efficient, and learned starts (emission_training.h).
 //
-// Shares are learned once, from bidirectional samples that are used for nothing else. The method is one step of
+// Shares of hints are learned once, from bidirectional samples that are used for nothing else. The method is one step of
 // population Monte Carlo for mixtures from a defensive start [Cappe, Douc, Guillin, Marin and Robert 2008]. The share
 // of a component is in proportion to the part of all light that its directions contain, by whichever component the
 // light was found. Only a fraction of this share of the walks starts along hints (docs/benchmarks/thesis.md).
@@ -21,8 +22,8 @@ struct Path;
 
 class FollowedHints {
  public:
-  /// Learns the shares of the hints and lets the walks of `space` follow them. Has no cost without hints. This object
-  /// must outlive the space and must not move.
+  /// Learns the shares of the hints, and the starts if no integrator has asked for them yet. Lets the walks of `space`
+  /// follow them. This object must outlive the space and must not move.
   void begin(std::shared_ptr<const AttachedHints> attached, PathSpace& space, uint32_t seed,
              const std::atomic<bool>& stop);
   void clear();
@@ -41,7 +42,7 @@ class FollowedHints {
   float mutation_use() const { return mutation_use_; }
   /// For integrators without chains. The light is that of the learning samples, and `proposed` counts those samples.
   std::vector<HintStatistics> statistics() const;
-  /// Rays that learned the shares of hints, and the starts.
+  /// Rays that learned the shares of hints, and those that learned the starts.
   uint64_t rays() const { return rays_; }
   uint64_t emission_rays() const { return emission_rays_; }
 

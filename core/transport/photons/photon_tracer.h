@@ -62,8 +62,8 @@ struct PhotonEmission {
   float time = 0.0f;  ///< time_of_pass
   /// What photons follow in addition. The flux is then smaller where it sends many photons.
   const LightWalkGuide* guide = nullptr;
-  /// If it is not null, photons are not stored. Each path has a value instead: the flux of its photons, times the
-  /// density of lookups there.
+  /// If it is not null, photons are not stored. Each path has a value instead: the sum over its photons of their flux,
+  /// times the root of the density of lookups there.
   const PhotonLookups* values = nullptr;
 };
 /// Returns early with the photons so far when `stop` is set.

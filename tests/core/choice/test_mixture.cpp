@@ -184,7 +184,7 @@ struct Auto {
 
   explicit Auto(std::vector<std::string> passes, int threads = 2, bool keeps_checkpoints = false) {
     OpenImageDenoise::load(AJAR_STAND_IN_DENOISER);
-    SceneDescription d = with(keyhole(false, 0.4f), "auto", 256, threads);
+    SceneDescription d = with(keyhole(false, 0.2f), "auto", 256, threads);
     d.settings.width = d.settings.height = kSize;
     d.settings.denoised = true;
     d.settings.passes = std::move(passes);
