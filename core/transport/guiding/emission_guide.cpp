@@ -51,7 +51,8 @@ EmissionMap::EmissionMap(const LightSet& lights, const Extent& extent, const std
                   {},          {}};
     learn(source, lights, {next, end});
     next = end;
-    if (!(source.probability > 0.0) || !(source.power > 0.0)) continue;
+    if (!(source.probability > 0.0) || !(source.power > 0.0) || (!source.distant && source.directions.empty()))
+      continue;
     all += source.probability;
     sources_.push_back(std::move(source));
   }
