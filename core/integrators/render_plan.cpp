@@ -235,7 +235,7 @@ class Planner {
         !walks_from_lights()    ? "this integrator has no walks from lights"
         : plan_.photons.caustic ? "smooth surfaces may hide the light that matters; used where few starts reach it"
                                 : plan_.photons.caustic_reason,
-        "at least 8192 photons before the render");
+        "at least " + number(kPhotonsOfEmissionRound) + " photons before the render");
     const bool merges = integrator_.can_merge, wanted = settings_.vertex_merging != Merging::Off;
     const MergingPlan merging = plan_merging(scene_);
     plan_.merging = wanted && merging.used;

@@ -9,23 +9,16 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kRounds = 8, kPhotons = 8192;  // of a round
-constexpr uint32_t kStream = 0x6c656d69U;         // separates the random numbers from those of rendering
-constexpr int kMaxCrossed = 16;                   // surfaces on a straight way to a light
-constexpr float kOffSurface = 1e-6f;              // of the scene's radius
-constexpr double kProposalShare = 0.1;            // of all values, once photons have found light
-constexpr double kLargestValue = 64.0;            // relative to the mean of a round
+constexpr uint32_t kRounds = 8;
+constexpr uint32_t kStream = 0x6c656d69U;  // separates the random numbers from those of rendering
+constexpr int kMaxCrossed = 16;            // surfaces on a straight way to a light
+constexpr float kOffSurface = 1e-6f;       // of the scene's radius
+constexpr double kProposalShare = 0.1;     // of all values, once photons have found light
+constexpr double kLargestValue = 64.0;     // relative to the mean of a round
 // Learned starts make walks longer, because fewer of them miss what the image looks at. Where light sampling finds most
 // of the light, or where most starts are useful anyway, this costs more than it gains (docs/research/emission.md).
 constexpr double kSmallestSharpShare = 0.1, kSmallestGain = 2.0;
 constexpr double kLargeGain = 10.0;  // more rounds are worth their time
-
-bool lets_light_through(const SurfaceShading& shading) {
-  if (!is_black(shading.bsdf.transparency())) return true;
-  for (int i = 0; i < shading.bsdf.lobe_count(); ++i)
-    if (transmits(shading.bsdf.lobe(i).kind)) return true;
-  return false;
-}
 
 /// Whether only surfaces that transmit light are between the start and the end of the ray. `entry` becomes the last of
 /// them.
@@ -40,7 +33,7 @@ bool reaches(const Scene& scene, Ray ray, Vec3& entry, uint64_t& rays) {
     const ShaderProgram& material = scene.material(hit);
     if (material.has_surface()) {
       material.evaluate_surface(point, shading);
-      if (!lets_light_through(shading)) return false;
+      if (is_black(shading.bsdf.transparency()) && !transmits(shading.bsdf)) return false;
     }
     entry = point.position;
     ray = scene.straight_on(point, ray, hit.t);
@@ -163,7 +156,7 @@ LearnedEmission learn_emission(const EmissionTask& task, const std::atomic<bool>
     emission.plan = plan;
     emission.seed = hash_combine(task.seed, kStream);
     emission.pass = round;
-    emission.count = kPhotons;
+    emission.count = kPhotonsOfEmissionRound;
     emission.time = scene.moves() ? kMidShutter : 0.0f;
     emission.guide = guide ? &*guide : nullptr;
     emission.values = &lookups;

@@ -19,6 +19,8 @@
 
 namespace ajar {
 
+constexpr uint32_t kPhotonsOfEmissionRound = 8192;
+
 struct EmissionTask {
   const Scene& scene;
   const PathMedia* media;  ///< null if the scene has none
