@@ -3,7 +3,7 @@
 Blender calls `render` for each view layer in a separate thread, or in the main thread in background mode. With stereoscopy, each view of the layer is a
 render of its own. The renderer has its own threads; the
 calling thread polls it every tenth of a second, passes new images to Blender, and checks whether the render was cancelled. Previews of materials,
-worlds and lamps are renders as well. The rendered 3D view is in `viewport.py`.
+worlds and lamps are renders as well, and so are the strokes of Freestyle, which Blender makes a scene of. The rendered 3D view is in `viewport.py`.
 """
 
 from __future__ import annotations
@@ -60,12 +60,14 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     bl_use_eevee_viewport = True         # Material Preview is drawn by Eevee
     bl_use_postprocess = True
     bl_use_spherical_stereo = True
+    bl_use_custom_freestyle = True       # strokes are rendered here; else by Eevee, which needs a graphics card
     bl_use_shading_nodes_custom = False  # otherwise Blender hides its standard shader nodes
 
     viewport: viewport.Viewport | None = None   # Blender keeps an engine object for each 3D view
     baked: bake.Kept | None = None   # Blender keeps an engine object for the images of an object
     baked_images = 0
     watched = False
+    _is_aside = False           # a preview, or the strokes of Freestyle: nothing is kept of it, and it has one time and one view
     _next_words = 0.0
     _view = ""                  # the view that is rendered, with stereoscopy
     _share = (0.0, 1.0)         # of the progress: before this view, and of this view
@@ -90,7 +92,9 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             viewport.watch(self)
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
-        options = headless.preview() if self.is_preview else headless.current()
+        draws_strokes = not self.is_preview and all(depsgraph.scene != scene for scene in bpy.data.scenes)   # that scene is not in the file
+        self._is_aside = self.is_preview or draws_strokes
+        options = headless.preview() if self.is_preview else headless.strokes() if draws_strokes else headless.current()
         with Interrupt() as interrupt:
             try:
                 self._render_views(depsgraph, options, lambda: interrupt.raised or self.test_break())
@@ -100,7 +104,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                 persistent.forget()
                 self._fail(str(error))
             finally:
-                pausing.end(self.is_preview)
+                pausing.end(self._is_aside)
         if interrupt.raised and headless.renders_from_command_line():
             interrupt.leave_after_writing()
 
@@ -121,7 +125,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                     self.register_pass(scene, renderlayer, item.shown, len(item.letters), item.letters, item.kind)
 
     def _render_views(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, is_cancelled) -> None:
-        if self.is_preview or not depsgraph.scene.render.use_multiview:
+        if self._is_aside or not depsgraph.scene.render.use_multiview:
             self._render(depsgraph, options, is_cancelled, CENTRE)
             return
         names = [view.name for view in self.get_result().views]
@@ -146,11 +150,11 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         denoises = asks_to_denoise and denoise.is_available()
         needed = denoise.NEEDED if denoises else ()
         learner = (scene.name, depsgraph.view_layer.name, self._view)
-        is_kept = not self.is_preview and not (options.checkpoint or options.resume or scene.ajar.use_checkpoint)
+        is_kept = not self._is_aside and not (options.checkpoint or options.resume or scene.ajar.use_checkpoint)
         kept = persistent.of(depsgraph, learner) if is_kept else None
         exported = export_scene(depsgraph, options, list(dict.fromkeys([*(item.name for item in wanted), *needed])), self.camera_override or scene.camera,
                                 is_cancelled, lambda step: self._show(rendered, interface("Exporting {step}", step=interface(step))),
-                                None if self.is_preview else self.frame_set, eye, caches=(kept.meshes, kept.known) if kept is not None else None)
+                                None if self._is_aside else self.frame_set, eye, caches=(kept.meshes, kept.known) if kept is not None else None)
         scene = rendered.scene
         export_seconds = time.monotonic() - started
         messages.report_warnings(self, exported)
@@ -173,13 +177,13 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         hint_points = hints.points_of(exported.description)
         manifests = cryptomatte.manifests(exported.description, depsgraph.view_layer_eval)   # likewise
         session = kept.session if kept is not None else ajar.Session()
-        carries = not self.is_preview and learning.is_carried(scene, options)
+        carries = not self._is_aside and learning.is_carried(scene, options)
         if carries:
             session.begin_with(learning.of(learner))
         interval = depsgraph.scene_eval.ajar.checkpoint_interval if options.checkpoint is None else CHECKPOINT_SECONDS
         save_checkpoint = self._checkpoints(rendered, options, session, exported.description)
         save_checkpoint()   # writes nothing yet; from now on, the session keeps a checkpoint of each iteration
-        if not self.is_preview:
+        if not self._is_aside:
             render_progress.begin(scene.name)
         self._release(scene)
         if kept is not None:
@@ -190,8 +194,10 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         save_checkpoint()
 
         error = session.take_error()
-        if self.is_preview:
+        if self._is_aside:
             self._hand_over(rendered, session, wanted, None)
+            if error and not self.is_preview:
+                raise RenderFailed(error)
             return
         render_progress.end(scene.name, session, noise_target)
         for diagnostic in session.diagnostics():
@@ -217,11 +223,11 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
     def _release(self, scene: bpy.types.Scene) -> None:
         """Let Blender free the evaluated scene, which nothing reads after the export. With an interface or Persistent Data, it is used again."""
-        if bpy.app.background and self._is_last_view and not self.is_preview and not scene.render.use_persistent_data:
+        if bpy.app.background and self._is_last_view and not self._is_aside and not scene.render.use_persistent_data:
             self.free_blender_memory()
 
     def _denoises(self, scene: bpy.types.Scene, options: headless.Options) -> bool:
-        return not self.is_preview and (plain.of(scene.ajar).use_denoise if options.denoise is None else options.denoise)
+        return not self._is_aside and (plain.of(scene.ajar).use_denoise if options.denoise is None else options.denoise)
 
     def _of_view(self, path: Path) -> str:
         """The file of the view that is rendered."""
@@ -243,7 +249,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             return self._of_view(path.with_name(f"{path.name}.{rendered.view_layer.name}") if several else path)
         if resume is None and of_panel is not None and settings.use_resume and Path(of_layer(of_panel)).is_file():
             resume = of_panel
-        if self.is_preview or (write is None and resume is None):
+        if self._is_aside or (write is None and resume is None):
             return lambda: None
         if resume is not None:
             session.resume(of_layer(resume), scene)
@@ -254,13 +260,13 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         """Poll the session until it ends or the user cancels it. `interval`: seconds between two checkpoints."""
         next_image = time.monotonic() + FIRST_IMAGE_SECONDS
         next_checkpoint = time.monotonic() + min(FIRST_CHECKPOINT_SECONDS, interval)
-        while not session.wait(PREVIEW_POLL_SECONDS if self.is_preview else POLL_SECONDS):
+        while not session.wait(PREVIEW_POLL_SECONDS if self._is_aside else POLL_SECONDS):
             progress = session.progress()
             before, share = self._share
             self.update_progress(before + share * progress.fraction)
-            session.pause(pausing.is_wanted() and not self.is_preview)
+            session.pause(pausing.is_wanted() and not self._is_aside)
             self._show(rendered, interface("Paused") if session.is_paused() else describe(progress, noise_target))
-            if not self.is_preview:
+            if not self._is_aside:
                 render_progress.note(rendered.scene.name, session, noise_target)
             if is_cancelled():
                 session.cancel()

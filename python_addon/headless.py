@@ -26,6 +26,7 @@ PREFIX = "--ajar-"
 EXIT_BAD_OPTION = 2
 EXIT_NO_IMAGE = 1
 PREVIEW_SAMPLES, PREVIEW_SECONDS = 32, 2.0
+STROKE_SAMPLES = 64   # strokes are flat colours: samples only smooth their edges
 
 _SHORT_NAMES = {"time_limit": "time", "noise_target": "error"}   # options with another name than their property
 
@@ -165,6 +166,12 @@ def current() -> Options:
 def preview() -> Options:
     """Options for previews of materials, worlds and lamps: few samples."""
     return Options({"integrator": "path", "direct": "mis", "direct_samples": 1, "samples": PREVIEW_SAMPLES, "time_limit": PREVIEW_SECONDS, "noise_target": 0.0})
+
+
+def strokes() -> Options:
+    """Options for the strokes of Freestyle, which Blender passes to the engine as a scene of its own."""
+    return Options({"integrator": "path", "image": "uniform", "direct": "mis", "direct_samples": 1, "samples": STROKE_SAMPLES, "time_limit": 0.0,
+                    "noise_target": 0.0}, threads=current().threads, carry_learning=False, denoise=False)
 
 
 def check() -> None:

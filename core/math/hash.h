@@ -67,41 +67,40 @@ inline Point<4> hash_point(Point<4> p) {
           hash_unit(p.y, p.z, p.w, p.x)};
 }
 
-/// PCG in N dimensions of a cell with integer coordinates: N independent numbers in [0, 1]. Words wrap around; the
-/// right shift is arithmetic and keeps their sign.
+/// PCG in N dimensions, in place: N words to N independent ones. Words wrap around; the right shift is arithmetic and
+/// keeps their sign.
 template <int N>
-Point<N> hash_cell(Point<N> cell) {
+constexpr void permute(uint32_t (&v)[N]) {
   static_assert(N >= 2 && N <= 4);
-  uint32_t v[N];
-  const auto whole = [](float x) { return std::isfinite(x) ? int32_t(std::clamp(x, -0x1p31f, 0x1.fffffep30f)) : 0; };
-  for (int axis = 0; axis < N; ++axis) v[axis] = uint32_t(whole(cell[axis])) * 1664525u + 1013904223u;
-  const auto mix = [&v] {
+  for (uint32_t& word : v) word = word * 1664525u + 1013904223u;
+  for (int round = 0; round < 2; ++round) {
     if constexpr (N == 2)
       v[0] += v[1] * 1664525u, v[1] += v[0] * 1664525u;
     else if constexpr (N == 3)
       v[0] += v[1] * v[2], v[1] += v[2] * v[0], v[2] += v[0] * v[1];
     else
       v[0] += v[1] * v[3], v[1] += v[2] * v[0], v[2] += v[0] * v[1], v[3] += v[1] * v[2];
-  };
-  mix();
-  for (uint32_t& word : v) word ^= uint32_t(int32_t(word) >> 16);
-  mix();
-  Point<N> unit;
-  for (int axis = 0; axis < N; ++axis) unit[axis] = float(v[axis] & 0x7fffffffu) * (1.0f / 2147483648.0f);
-  return unit;
+    if (round == 0)
+      for (uint32_t& word : v) word ^= uint32_t(int32_t(word) >> 16);
+  }
+}
+/// A number in [0, 1] from a word of `permute`.
+constexpr float permuted_unit(uint32_t word) { return float(int32_t(word & 0x7fffffffu)) * 0x1p-31f; }
+
+/// The integer coordinate of a cell, as a word; 0 if it is not finite.
+inline uint32_t cell_word(float x) {
+  return std::isfinite(x) ? uint32_t(int32_t(std::clamp(x, -0x1p31f, 0x1.fffffep30f))) : 0u;
 }
 
-/// Visits the cells up to `reach` away on every axis, x fastest. On ties the first cell wins.
-template <int N, class F>
-void for_each_cell(int reach, F&& visit) {
-  int count = 1;
-  for (int axis = 0; axis < N; ++axis) count *= 2 * reach + 1;
-  for (int i = 0; i < count; ++i) {
-    Point<N> offset;
-    for (int axis = 0, rest = i; axis < N; ++axis, rest /= 2 * reach + 1)
-      offset[axis] = float(rest % (2 * reach + 1) - reach);
-    visit(offset);
-  }
+/// N independent numbers in [0, 1] for a cell with integer coordinates.
+template <int N>
+Point<N> hash_cell(Point<N> cell) {
+  uint32_t v[N];
+  for (int axis = 0; axis < N; ++axis) v[axis] = cell_word(cell[axis]);
+  permute(v);
+  Point<N> unit;
+  for (int axis = 0; axis < N; ++axis) unit[axis] = permuted_unit(v[axis]);
+  return unit;
 }
 
 /// Calls `f` with the coordinates that a texture node uses in each number of dimensions: W, XY, XYZ, or XYZW.

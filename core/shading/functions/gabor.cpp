@@ -61,6 +61,19 @@ class Directions<3> {
   float isotropy_;
 };
 
+/// Visits the cells up to `reach` away on every axis, x fastest.
+template <int N, class F>
+void for_each_cell(int reach, F&& visit) {
+  int count = 1;
+  for (int axis = 0; axis < N; ++axis) count *= 2 * reach + 1;
+  for (int i = 0; i < count; ++i) {
+    Point<N> offset;
+    for (int axis = 0, rest = i; axis < N; ++axis, rest /= 2 * reach + 1)
+      offset[axis] = float(rest % (2 * reach + 1) - reach);
+    visit(offset);
+  }
+}
+
 /// The sum of the impulses around a point, as complex numbers: waves under a Gaussian that ends smoothly at a distance
 /// of 1.
 template <int N>

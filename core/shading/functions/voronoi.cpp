@@ -1,18 +1,21 @@
 #include "shading/functions/voronoi.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "math/hash.h"
 
 namespace ajar::nodes {
 namespace {
 
+/// Distance of a random point from the looked up one; its square for the Euclidean metric.
 template <int N>
-float distance(const VoronoiParameters& v, Point<N> d) {
-  if constexpr (N == 1) return std::abs(d.x);
+float comparable(const VoronoiParameters& v, const float (&d)[N]) {
   float sum = 0.0f, most = 0.0f;
   switch (v.metric) {
-    case VoronoiMetric::Euclidean: return glm::length(d);
+    case VoronoiMetric::Euclidean:
+      for (int axis = 0; axis < N; ++axis) sum += d[axis] * d[axis];
+      return sum;
     case VoronoiMetric::Manhattan:
       for (int axis = 0; axis < N; ++axis) sum += std::abs(d[axis]);
       return sum;
@@ -25,13 +28,9 @@ float distance(const VoronoiParameters& v, Point<N> d) {
   }
   return 0.0f;
 }
-
-/// The random point of a cell in its unit cube.
 template <int N>
-Point<N> random_point(const VoronoiParameters& v, Point<N> cell) {
-  if constexpr (N > 1)
-    if (v.generation == VoronoiGeneration::Third) return hash_cell(cell);
-  return hash_point(cell);
+bool compares_squares(const VoronoiParameters& v) {
+  return N > 1 && v.metric == VoronoiMetric::Euclidean;
 }
 
 template <int N>
@@ -47,14 +46,98 @@ Color random_color(const VoronoiParameters& v, Point<N> cell) {
   return hash_color(cell);
 }
 
-/// The unit cell of a position, and the random points of the surrounding cells relative to it.
-template <int N>
-struct Cells {
+/// Offsets of the cells up to kReach away on every axis, x fastest, and of further ones up to a multiple of eight.
+template <int N, int kReach>
+struct Offsets {
+  static constexpr int kSide = 2 * kReach + 1;
+  static constexpr int kCount = N == 1   ? kSide
+                                : N == 2 ? kSide * kSide
+                                : N == 3 ? kSide * kSide * kSide
+                                         : kSide * kSide * kSide * kSide;
+  static constexpr int kPadded = (kCount + 7) / 8 * 8;
+  static constexpr int kCentre = kCount / 2;
+  int value[N][kPadded]{};
+  constexpr Offsets() {
+    for (int i = 0; i < kCount; ++i)
+      for (int axis = 0, rest = i; axis < N; ++axis, rest /= kSide) value[axis][i] = rest % kSide - kReach;
+  }
+};
+template <int N, int kReach>
+constexpr Offsets<N, kReach> kOffsets;
+
+/// The random points of the cells around a position, relative to its own cell. All loops are over cells, and simple, so
+/// that the compiler computes eight cells at a time.
+template <int N, int kReach>
+struct Points {
+  using Table = Offsets<N, kReach>;
+  static constexpr int kCount = Table::kCount, kPadded = Table::kPadded;
   const VoronoiParameters& v;
-  Point<N> cell, local;
-  Cells(const VoronoiParameters& v, Point<N> p) : v(v), cell(glm::floor(p)), local(p - cell) {}
-  Point<N> point(Point<N> offset) const { return offset + v.randomness * random_point<N>(v, cell + offset); }
-  Color color(Point<N> offset) const { return random_color<N>(v, cell + offset); }
+  Point<N> cell;
+  float at[N][kPadded];
+
+  Points(const VoronoiParameters& v, Point<N> cell) : v(v), cell(cell) {
+    if constexpr (N > 1) {
+      if (v.generation == VoronoiGeneration::Third) {
+        permuted();
+        return;
+      }
+    }
+    hashed();
+  }
+  Point<N> offset(int i) const {
+    Point<N> result;
+    for (int axis = 0; axis < N; ++axis) result[axis] = float(kOffsets<N, kReach>.value[axis][i]);
+    return result;
+  }
+  Point<N> point(int i) const {
+    Point<N> result;
+    for (int axis = 0; axis < N; ++axis) result[axis] = at[axis][i];
+    return result;
+  }
+  Color color(int i) const { return random_color<N>(v, cell + offset(i)); }
+
+  /// Distances of the points from `p`, which is relative to the cell; their squares if the metric compares squares.
+  void measure(Point<N> p, float (&distances)[kPadded]) const {
+    if constexpr (N == 1) {
+      for (int i = 0; i < kPadded; ++i) distances[i] = std::abs(at[0][i] - p[0]);
+    } else {
+      switch (v.metric) {
+        case VoronoiMetric::Euclidean: measure_by<VoronoiMetric::Euclidean>(p, distances); break;
+        case VoronoiMetric::Manhattan: measure_by<VoronoiMetric::Manhattan>(p, distances); break;
+        case VoronoiMetric::Chebychev: measure_by<VoronoiMetric::Chebychev>(p, distances); break;
+        case VoronoiMetric::Minkowski: measure_by<VoronoiMetric::Minkowski>(p, distances); break;
+      }
+    }
+  }
+
+ private:
+  void permuted() requires(N > 1) {
+    uint32_t own[N];
+    for (int axis = 0; axis < N; ++axis) own[axis] = cell_word(cell[axis]);
+    for (int i = 0; i < kPadded; ++i) {
+      uint32_t word[N];
+      for (int axis = 0; axis < N; ++axis) word[axis] = own[axis] + uint32_t(kOffsets<N, kReach>.value[axis][i]);
+      permute(word);
+      for (int axis = 0; axis < N; ++axis)
+        at[axis][i] = float(kOffsets<N, kReach>.value[axis][i]) + v.randomness * permuted_unit(word[axis]);
+    }
+  }
+  void hashed() {
+    for (int i = 0; i < kPadded; ++i) {
+      const Point<N> from = offset(i), unit = hash_point(cell + from);
+      for (int axis = 0; axis < N; ++axis) at[axis][i] = from[axis] + v.randomness * unit[axis];
+    }
+  }
+  template <VoronoiMetric kMetric>
+  void measure_by(Point<N> p, float (&distances)[kPadded]) const {
+    VoronoiParameters metric = v;
+    metric.metric = kMetric;
+    for (int i = 0; i < kPadded; ++i) {
+      float d[N];
+      for (int axis = 0; axis < N; ++axis) d[axis] = at[axis][i] - p[axis];
+      distances[i] = comparable<N>(metric, d);
+    }
+  }
 };
 
 template <int N>
@@ -69,73 +152,97 @@ Vec4 padded(Point<N> p) {
 
 float farthest(const VoronoiParameters& v) { return v.generation == VoronoiGeneration::First ? 8.0f : kInfinity; }
 
-/// The nearest or the second nearest point.
+/// The nearest or the second nearest point. Of points at the same distance, the first one counts.
 template <int N>
 VoronoiResult nearest(const VoronoiParameters& v, Point<N> p, bool second) {
-  const Cells<N> cells(v, p);
+  const Point<N> cell = glm::floor(p);
+  const Points<N, 1> points(v, cell);
+  float distances[Points<N, 1>::kPadded];
+  points.measure(p - cell, distances);
+  const bool squares = compares_squares<N>(v);
   struct Candidate {
     float distance;
-    Point<N> offset{0.0f}, position{0.0f};
+    int index = -1;
   };
-  Candidate best{farthest(v)}, next{farthest(v)};
-  for_each_cell<N>(1, [&](Point<N> offset) {
-    const Point<N> position = cells.point(offset);
-    const float d = distance<N>(v, position - cells.local);
-    if (d < best.distance)
-      next = best, best = {d, offset, position};
-    else if (d < next.distance)
-      next = {d, offset, position};
-  });
+  Candidate best{squares ? sqr(farthest(v)) : farthest(v)}, next = best;
+  for (int i = 0; i < Points<N, 1>::kCount; ++i) {
+    if (distances[i] < best.distance)
+      next = best, best = {distances[i], i};
+    else if (distances[i] < next.distance)
+      next = {distances[i], i};
+  }
   const Candidate& chosen = second ? next : best;
-  return {chosen.distance, cells.color(chosen.offset), padded<N>(chosen.position + cells.cell)};
+  const float distance = squares ? std::sqrt(chosen.distance) : chosen.distance;
+  if (chosen.index < 0) return {distance, random_color<N>(v, cell), padded<N>(cell)};
+  return {distance, points.color(chosen.index), padded<N>(points.point(chosen.index) + cell)};
 }
 
 template <int N>
 VoronoiResult smooth_nearest(const VoronoiParameters& v, Point<N> p) {
-  const Cells<N> cells(v, p);
   const auto mix = [](auto a, auto b, float t) { return a * (1.0f - t) + b * t; };
+  const Point<N> cell = glm::floor(p);
+  const Points<N, 2> points(v, cell);
+  float distances[Points<N, 2>::kPadded];
+  points.measure(p - cell, distances);
+  if (compares_squares<N>(v))
+    for (float& distance : distances) distance = std::sqrt(distance);
   float smooth = farthest(v);
   Color color(0.0f);
   Point<N> position(0.0f);
-  for_each_cell<N>(2, [&](Point<N> offset) {
-    const Point<N> point = cells.point(offset);
-    const float d = distance<N>(v, point - cells.local);
+  for (int i = 0; i < Points<N, 2>::kCount; ++i) {
+    const float d = distances[i];
     float h = 1.0f;  // share of this point
     if (std::isfinite(smooth))
       h = saturate(0.5f + 0.5f * (smooth - d) / v.smoothness), h = h * h * (3.0f - 2.0f * h);
     else
       smooth = d;
+    if (h == 0.0f) continue;
     const float correction = v.smoothness * h * (1.0f - h), shared = correction / (1.0f + 3.0f * v.smoothness);
     smooth = mix(smooth, d, h) - correction;
-    color = mix(color, cells.color(offset), h) - shared;
-    position = mix(position, point, h) - shared;
-  });
-  return {smooth, color, padded<N>(cells.cell + position)};
+    color = mix(color, points.color(i), h) - shared;
+    position = mix(position, points.point(i), h) - shared;
+  }
+  return {smooth, color, padded<N>(cell + position)};
+}
+
+/// The index of the point that is nearest to `p` by the Euclidean metric, without the one number `without`; -1 if none is.
+template <int N>
+int nearest_index(const VoronoiParameters& v, const Points<N, 1>& points, Point<N> p, int without = -1) {
+  float least = sqr(farthest(v));
+  int nearest = -1;
+  float squares[Points<N, 1>::kPadded];
+  for (int i = 0; i < Points<N, 1>::kPadded; ++i) {
+    squares[i] = 0.0f;
+    for (int axis = 0; axis < N; ++axis) squares[i] += sqr(points.at[axis][i] - p[axis]);
+  }
+  for (int i = 0; i < Points<N, 1>::kCount; ++i)
+    if (squares[i] < least && i != without) least = squares[i], nearest = i;
+  return nearest;
 }
 
 template <int N>
 float distance_to_edge(const VoronoiParameters& v, Point<N> p) {
-  const Cells<N> cells(v, p);
+  const Point<N> cell = glm::floor(p), local = p - cell;
+  const Points<N, 1> points(v, cell);
   if constexpr (N == 1) {
-    const float middle = cells.point(p * 0.0f).x;
-    const auto to_edge = [&](float side) {
-      return std::abs(0.5f * (middle + cells.point(Point<1>(side)).x) - cells.local.x);
-    };
-    return std::min(to_edge(-1.0f), to_edge(1.0f));
+    const auto to_edge = [&](int side) { return std::abs(0.5f * (points.at[0][1] + points.at[0][side]) - local.x); };
+    return std::min(to_edge(0), to_edge(2));
   } else {
-    Point<N> nearest(0.0f);
+    const int nearest = nearest_index<N>(v, points, local);
+    if (nearest < 0) return farthest(v);
+    const Point<N> own = points.point(nearest);
+    float edges[Points<N, 1>::kPadded];  // to the middle between the nearest point and every other point
+    for (int i = 0; i < Points<N, 1>::kPadded; ++i) {
+      float length2 = 0.0f, along = 0.0f;
+      for (int axis = 0; axis < N; ++axis) {
+        const float across = points.at[axis][i] - own[axis];
+        length2 += across * across;
+        along += (0.5f * (own[axis] + points.at[axis][i]) - local[axis]) * across;
+      }
+      edges[i] = length2 > 0.0001f ? along / std::sqrt(length2) : kInfinity;
+    }
     float least = farthest(v);
-    for_each_cell<N>(1, [&](Point<N> offset) {
-      const Point<N> to_point = cells.point(offset) - cells.local;
-      const float d2 = glm::dot(to_point, to_point);
-      if (d2 < least) least = d2, nearest = to_point;
-    });
-    least = farthest(v);
-    for_each_cell<N>(1, [&](Point<N> offset) {  // the middle between the nearest point and every other point
-      const Point<N> to_point = cells.point(offset) - cells.local, across = to_point - nearest;
-      if (glm::dot(across, across) > 0.0001f)
-        least = std::min(least, glm::dot(0.5f * (nearest + to_point), glm::normalize(across)));
-    });
+    for (int i = 0; i < Points<N, 1>::kCount; ++i) least = std::min(least, edges[i]);
     return least;
   }
 }
@@ -143,23 +250,14 @@ float distance_to_edge(const VoronoiParameters& v, Point<N> p) {
 /// Half the distance between the nearest point and its own nearest neighbour.
 template <int N>
 float sphere_radius(const VoronoiParameters& v, Point<N> p) {
-  const Cells<N> cells(v, p);
-  Point<N> nearest(0.0f), nearest_offset(0.0f);
-  float least = farthest(v);
-  for_each_cell<N>(1, [&](Point<N> offset) {
-    const Point<N> point = cells.point(offset);
-    const float d = glm::distance(point, cells.local);
-    if (d < least) least = d, nearest = point, nearest_offset = offset;
-  });
-  Point<N> neighbour(0.0f);
-  least = farthest(v);
-  for_each_cell<N>(1, [&](Point<N> offset) {
-    if (offset == Point<N>(0.0f)) return;
-    const Point<N> point = cells.point(offset + nearest_offset);
-    const float d = glm::distance(point, nearest);
-    if (d < least) least = d, neighbour = point;
-  });
-  return 0.5f * glm::distance(neighbour, nearest);
+  const Point<N> cell = glm::floor(p);
+  const Points<N, 1> points(v, cell);
+  const int nearest = nearest_index<N>(v, points, p - cell);
+  if (nearest < 0) return 0.0f;
+  const Point<N> offset = points.offset(nearest), own = points.point(nearest) - offset;
+  const Points<N, 1> around(v, cell + offset);
+  const int neighbour = nearest_index<N>(v, around, own, Offsets<N, 1>::kCentre);
+  return neighbour < 0 ? 0.5f * glm::length(own + offset) : 0.5f * glm::distance(around.point(neighbour), own);
 }
 
 template <int N>
@@ -216,7 +314,11 @@ VoronoiResult octaves(const VoronoiParameters& v, Point<N> p) {
     amplitude *= v.roughness;
   }
   if (v.normalize) {
-    const float most = distance<N>(v, Point<N>(reach)) * (v.feature == VoronoiFeature::F2 ? 2.0f : 1.0f);
+    float corner[N];
+    std::fill_n(corner, N, reach);
+    const float farthest_corner = N == 1 ? reach : comparable<N>(v, corner);
+    const float most = (compares_squares<N>(v) ? std::sqrt(farthest_corner) : farthest_corner) *
+                       (v.feature == VoronoiFeature::F2 ? 2.0f : 1.0f);
     sum.distance /= total * most;
     sum.color /= total;
   }
