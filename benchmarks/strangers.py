@@ -55,6 +55,7 @@ class Comparison:
     blocks_out: int = 0
     blocks: int = 0
     cpu: float = float("nan")       # CPU seconds of Ajar over those of Cycles
+    noise: float = float("nan")     # variance of a pixel of Ajar over that of Cycles, as noise_of
     failure: str = ""
     messages: tuple[str, ...] = ()
 
@@ -90,6 +91,16 @@ def pictures(file: File) -> dict[str, list[np.ndarray]]:
     return {engine: [np.clip(stored[f"{engine}_{seed}"], 0.0, limit).astype(np.float64) for seed in (1, 2)] for engine in ("CYCLES", "AJAR")}
 
 
+def noise_of(found: dict[str, list[np.ndarray]]) -> float:
+    """The mean relative variance of a pixel of Ajar over that of Cycles, between two seeds, without the worst 1 % of the pixels of each."""
+    mean = np.mean([image for images_ in found.values() for image in images_], axis=0)
+    means = []
+    for first, second in (found["AJAR"], found["CYCLES"]):
+        variance = np.sort((0.5 * (first - second) ** 2 / (mean**2 + 0.01 * mean.mean() ** 2 + 1e-8)).mean(axis=2), axis=None)
+        means.append(variance[: variance.size * 99 // 100].mean())
+    return float(means[0] / means[1]) if means[1] > 0.0 else float("nan")
+
+
 def compare(file: File) -> Comparison:
     result = json.loads((WORK / file.name / "result.json").read_text())
     log = (WORK / file.name / "log.txt").read_text(errors="replace") if (WORK / file.name / "log.txt").exists() else ""
@@ -106,13 +117,13 @@ def compare(file: File) -> Comparison:
     cpu = {engine: min(seconds[1] for seconds in result["seconds"][engine]) for engine in totals}
     ratio = totals["AJAR"] / totals["CYCLES"] if totals["CYCLES"] > 1e-6 else 1.0 if totals["AJAR"] < 1e-6 else float("inf")
     return Comparison(file, float(ratio), float(np.hypot(*errors)), float(totals["CYCLES"]), len({(d.row, d.column) for d in agreement.disagreements(ours, theirs)}),
-                      int(ours.means[..., 0].size), cpu["AJAR"] / cpu["CYCLES"], "", messages)
+                      int(ours.means[..., 0].size), cpu["AJAR"] / cpu["CYCLES"], noise_of(found), "", messages)
 
 
 def line_of(c: Comparison) -> str:
     if c.failure:
         return f"{c.file.name}: FAILED: {c.failure}"
-    return (f"{'FAR ' if c.is_far else ''}{c.file.name}: {c.ratio:.3f} ± {c.error:.3f}, {c.blocks_out} of {c.blocks} blocks, CPU {c.cpu:.2f}, mean {c.mean:.3g}")
+    return (f"{'FAR ' if c.is_far else ''}{c.file.name}: {c.ratio:.3f} ± {c.error:.3f}, {c.blocks_out} of {c.blocks} blocks, CPU {c.cpu:.2f}, noise {c.noise:.2f}, mean {c.mean:.3g}")
 
 
 # ---- The page -----------------------------------------------------------------------------------------------------------
@@ -148,14 +159,16 @@ def write_page(found: list[Comparison], docs: Path, samples: int, version: str, 
     lines = ["# Files of strangers", "",
              f"**{len(found) - len(far)} of {len(found)} files have a mean within {FAR:.0%} of that of Cycles {version}**; "
              f"{sum(abs(c.ratio - 1.0) <= 0.01 + 3.0 * c.error for c in shown)} are within 1 % plus three standard errors. "
-             f"Median CPU time of Ajar over that of Cycles, at equal samples: {np.median([c.cpu for c in shown]):.2f}.", "",
-             "| file | from | ratio of means | blocks outside | CPU time |", "|---|---|---|---|---|"]
-    lines += [f"| {c.file.path.stem} | {c.file.source} | " + (f"{c.failure} | | |" if c.failure else
-              f"{'**' if c.is_far else ''}{c.ratio:.3f} ± {c.error:.3f}{'**' if c.is_far else ''} | {c.blocks_out} of {c.blocks} | {c.cpu:.2f} |") for c in found]
+             f"Medians of Ajar over Cycles, at equal samples: CPU time {np.median([c.cpu for c in shown]):.2f}, variance {np.nanmedian([c.noise for c in shown]):.2f}, "
+             f"their product {np.nanmedian([c.cpu * c.noise for c in shown]):.2f}.", "",
+             "| file | from | ratio of means | blocks outside | CPU time | variance |", "|---|---|---|---|---|---|"]
+    lines += [f"| {c.file.path.stem} | {c.file.source} | " + (f"{c.failure} | | | |" if c.failure else
+              f"{'**' if c.is_far else ''}{c.ratio:.3f} ± {c.error:.3f}{'**' if c.is_far else ''} | {c.blocks_out} of {c.blocks} | {c.cpu:.2f} | {c.noise:.2f} |") for c in found]
     lines += ["", "## Method", "",
               f"`benchmarks/strangers.py` opens each file in the bpy wheel of Blender {version} and renders it as F12 does, with the path tracer, {samples} samples, two "
               "seeds, without clamping, Filter Glossy and denoising. Values are limited to 0 (Cycles emits negative light) and twice the 99.5th percentile of Cycles. A block of 16 × 16 pixels "
-              "is outside if it differs by more than 1 % plus three standard errors.", "", "## Sheets", "",
+              "is outside if it differs by more than 1 % plus three standard errors. CPU times include export and build. The variance is that of a pixel, relative to its squared "
+              "value, without the worst 1 % of the pixels; times the CPU time, it says how long Ajar takes for the noise of Cycles.", "", "## Sheets", "",
               "In the order of the table, in rows: Cycles, Ajar, difference (grey: none; black and white: as large as the light).", ""]
     pngs = []
     for first in range(0, len(shown), on_sheet):

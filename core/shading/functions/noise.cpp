@@ -20,15 +20,6 @@ inline float with_sign(float x, uint32_t number, int bit) {
   return std::bit_cast<float>(std::bit_cast<uint32_t>(x) ^ (number >> bit << 31));
 }
 
-/// Dot product with the gradient that is 0 along one axis. Its signs along the other axes are the lowest bits of
-/// `number`.
-template <int N>
-float along_edge(uint32_t number, uint32_t zero_axis, const float (&d)[N]) {
-  float sum = 0.0f;
-  for (int i = 0; i < N - 1; ++i) sum += with_sign(uint32_t(i) < zero_axis ? d[i] : d[i + 1], number, i);
-  return sum;
-}
-
 inline float contribution(uint32_t hash, const float (&d)[1]) {
   return with_sign(float(int(hash % 8) + 1) * d[0], hash, 3);
 }
@@ -37,12 +28,20 @@ inline float contribution(uint32_t hash, const float (&d)[2]) {
   return with_sign(along_y ? d[0] : d[1], hash, 0) + 2.0f * with_sign(along_y ? d[1] : d[0], hash, 1);
 }
 inline float contribution(uint32_t hash, const float (&d)[3]) {
-  // Perlin extends the twelve edges to sixteen numbers by repeating four that form a tetrahedron: 12 to 15 are 0, 9, 1
-  // and 11, the digits of the constant.
-  const uint32_t low = hash % 16, number = low < 12 ? low : 0xb190u >> 4 * (low - 12) & 15;
-  return along_edge(number, 2 - number / 4, d);
+  // Numbers 0 to 3 have no component along z, 4 to 7 none along y, 8 to 11 none along x. Perlin extends these twelve
+  // edges to sixteen numbers by four that form a tetrahedron: 12 and 14 are in the plane of x and y, 13 and 15 in that
+  // of y and z.
+  const uint32_t number = hash & 15u;
+  const float first = number < 8 ? d[0] : d[1];
+  const float second = number < 4 ? d[1] : (number & 13u) == 12 ? d[0] : d[2];
+  return with_sign(first, hash, 0) + with_sign(second, hash, 1);
 }
-inline float contribution(uint32_t hash, const float (&d)[4]) { return along_edge(hash, 3 - hash % 32 / 8, d); }
+/// The component that is 0 is w for numbers 0 to 7, then z, y, x. The lowest three bits are the signs of the others.
+inline float contribution(uint32_t hash, const float (&d)[4]) {
+  const uint32_t number = hash & 31u;
+  return with_sign(number < 24 ? d[0] : d[1], hash, 0) + with_sign(number < 16 ? d[1] : d[2], hash, 1) +
+         with_sign(number < 8 ? d[2] : d[3], hash, 2);
+}
 
 /// Scales the range to about [-1, 1]. The authors of Open Shading Language found these values by experiment.
 template <int N>
@@ -51,33 +50,63 @@ constexpr float kRange = N == 1   ? 0.2500f
                          : N == 3 ? 0.9820f
                                   : 0.8344f;
 
-template <int N>
-float signed_noise(Point<N> p) {
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = int32_t __attribute__((vector_size(16)));
+
+template <class Number>
+Number fade(Number t) {
+  return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
+}
+
+/// The noise in a cell of the lattice. The arguments have one number per axis; `cell` is modulo 2^32.
+template <int N, class Words, class Numbers>
+float noise_in_cell(const Words& cell, const Numbers& fraction, const Numbers& faded) {
   constexpr int kCorners = 1 << N;
-  uint32_t cell[N];
-  float fraction[N], fade[N];
-  for (int axis = 0; axis < N; ++axis) {
-    const float low = std::floor(p[axis]);
-    if (!(std::abs(low) < 9e18f)) return 0.0f;
-    cell[axis] = uint32_t(int64_t(low));
-    const float t = fraction[axis] = p[axis] - low;
-    fade[axis] = t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
-  }
-  // Bit k of the index of a corner is its side along axis k.
+  // The highest bit of the index of a corner is its side along x, the next one that along y, and so on. Then each step
+  // of the interpolation is between the halves of an array.
   float value[kCorners];
   for (int corner = 0; corner < kCorners; ++corner) {
     uint32_t key[N];
     float d[N];
     for (int axis = 0; axis < N; ++axis) {
-      const int side = corner >> axis & 1;
-      key[axis] = cell[axis] + uint32_t(side);
+      const int side = corner >> (N - 1 - axis) & 1;
+      key[axis] = uint32_t(cell[axis]) + uint32_t(side);
       d[axis] = fraction[axis] - float(side);
     }
     value[corner] = contribution(hash_words(key), d);
   }
   for (int axis = 0, count = kCorners / 2; axis < N; ++axis, count /= 2)
-    for (int i = 0; i < count; ++i) value[i] = value[2 * i] + fade[axis] * (value[2 * i + 1] - value[2 * i]);
+    for (int i = 0; i < count; ++i) value[i] += faded[axis] * (value[i + count] - value[i]);
   return kRange<N> * value[0];
+}
+
+/// Where coordinates do not fit in 32 bits.
+template <int N>
+[[gnu::noinline]] float signed_noise_far_away(Point<N> p) {
+  uint32_t cell[N];
+  float fraction[N], faded[N];
+  for (int axis = 0; axis < N; ++axis) {
+    const float low = std::floor(p[axis]);
+    if (!(std::abs(low) < 9e18f)) return 0.0f;
+    cell[axis] = uint32_t(int64_t(low));
+    fraction[axis] = p[axis] - low;
+    faded[axis] = fade(fraction[axis]);
+  }
+  return noise_in_cell<N>(cell, fraction, faded);
+}
+
+template <int N>
+float signed_noise(Point<N> p) {
+  bool is_near = true;
+  for (int axis = 0; axis < N; ++axis) is_near &= std::abs(p[axis]) < 0x1p30f;
+  if (!is_near) return signed_noise_far_away(p);
+  // All axes are in one vector, which stays in registers.
+  Float4 all{};
+  for (int axis = 0; axis < N; ++axis) all[axis] = p[axis];
+  Int4 low = __builtin_convertvector(all, Int4);
+  low += __builtin_convertvector(low, Float4) > all;  // conversion rounds negative numbers up; true is -1
+  const Float4 fraction = all - __builtin_convertvector(low, Float4);
+  return noise_in_cell<N>(low, fraction, fade(fraction));
 }
 
 template <int N>

@@ -78,7 +78,10 @@ struct Points {
   Points(const VoronoiParameters& v, Point<N> cell) : v(v), cell(cell) {
     if constexpr (N > 1) {
       if (v.generation == VoronoiGeneration::Third) {
-        permuted();
+        permuted<N>([&](int i, const auto& word) {
+          for (int axis = 0; axis < N; ++axis)
+            at[axis][i] = float(kOffsets<N, kReach>.value[axis][i]) + v.randomness * permuted_unit(word[axis]);
+        });
         return;
       }
     }
@@ -96,30 +99,47 @@ struct Points {
   }
   Color color(int i) const { return random_color<N>(v, cell + offset(i)); }
 
+  /// The colours of all cells.
+  void find_colors(float (&colors)[3][kPadded]) const {
+    if constexpr (N > 1) {
+      if (v.generation == VoronoiGeneration::Third) {
+        permuted<std::max(N, 3)>([&](int i, const auto& word) {
+          for (int channel = 0; channel < 3; ++channel) colors[channel][i] = permuted_unit(word[channel]);
+        });
+        return;
+      }
+    }
+    for (int i = 0; i < kPadded; ++i) {
+      const Color own = hash_color(cell + offset(i));
+      for (int channel = 0; channel < 3; ++channel) colors[channel][i] = own[channel];
+    }
+  }
   /// Distances of the points from `p`, which is relative to the cell; their squares if the metric compares squares.
   void measure(Point<N> p, float (&distances)[kPadded]) const {
     if constexpr (N == 1) {
       for (int i = 0; i < kPadded; ++i) distances[i] = std::abs(at[0][i] - p[0]);
     } else {
       switch (v.metric) {
-        case VoronoiMetric::Euclidean: measure_by<VoronoiMetric::Euclidean>(p, distances); break;
-        case VoronoiMetric::Manhattan: measure_by<VoronoiMetric::Manhattan>(p, distances); break;
-        case VoronoiMetric::Chebychev: measure_by<VoronoiMetric::Chebychev>(p, distances); break;
-        case VoronoiMetric::Minkowski: measure_by<VoronoiMetric::Minkowski>(p, distances); break;
+        case VoronoiMetric::Euclidean: return measure_by<VoronoiMetric::Euclidean>(p, distances);
+        case VoronoiMetric::Manhattan: return measure_by<VoronoiMetric::Manhattan>(p, distances);
+        case VoronoiMetric::Chebychev: return measure_by<VoronoiMetric::Chebychev>(p, distances);
+        case VoronoiMetric::Minkowski: break;
       }
+      measure_by<VoronoiMetric::Minkowski>(p, distances);
     }
   }
 
  private:
-  void permuted() requires(N > 1) {
-    uint32_t own[N];
+  /// Passes the permuted words of each cell to `take`; with more words than axes, the others are those of 0.
+  template <int kWords, class F>
+  void permuted(F&& take) const {
+    uint32_t own[kWords]{};
     for (int axis = 0; axis < N; ++axis) own[axis] = cell_word(cell[axis]);
     for (int i = 0; i < kPadded; ++i) {
-      uint32_t word[N];
+      uint32_t word[kWords]{};
       for (int axis = 0; axis < N; ++axis) word[axis] = own[axis] + uint32_t(kOffsets<N, kReach>.value[axis][i]);
       permute(word);
-      for (int axis = 0; axis < N; ++axis)
-        at[axis][i] = float(kOffsets<N, kReach>.value[axis][i]) + v.randomness * permuted_unit(word[axis]);
+      take(i, word);
     }
   }
   void hashed() {
@@ -186,6 +206,8 @@ VoronoiResult smooth_nearest(const VoronoiParameters& v, Point<N> p) {
   points.measure(p - cell, distances);
   if (compares_squares<N>(v))
     for (float& distance : distances) distance = std::sqrt(distance);
+  float colors[3][Points<N, 2>::kPadded];
+  points.find_colors(colors);
   float smooth = farthest(v);
   Color color(0.0f);
   Point<N> position(0.0f);
@@ -199,7 +221,7 @@ VoronoiResult smooth_nearest(const VoronoiParameters& v, Point<N> p) {
     if (h == 0.0f) continue;
     const float correction = v.smoothness * h * (1.0f - h), shared = correction / (1.0f + 3.0f * v.smoothness);
     smooth = mix(smooth, d, h) - correction;
-    color = mix(color, points.color(i), h) - shared;
+    color = mix(color, Color(colors[0][i], colors[1][i], colors[2][i]), h) - shared;
     position = mix(position, points.point(i), h) - shared;
   }
   return {smooth, color, padded<N>(cell + position)};
