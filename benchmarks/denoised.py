@@ -22,7 +22,7 @@ import os
 import statistics
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -131,21 +131,26 @@ def whole_render(scene_file: Path, integrator: str, cpu: float, seed: int, load:
     return found, stats, used
 
 
-def denoise(found: dict[str, np.ndarray], rays: float, threads: int, combined: bool = True) -> tuple[np.ndarray, float]:
-    """The denoised picture and its CPU seconds. `combined`: of the denoiser's picture and the rendered one, as artists get it."""
+def biased_of(stats: dict) -> list[bool]:
+    """Of each technique that has rendered the picture; empty if there is one."""
+    return [part["bias"] != "unbiased" for part in stats.get("techniques", ())]
+
+
+def denoise(found: dict[str, np.ndarray], rays: float, threads: int, combined: bool = True, biased: Sequence[bool] = ()) -> tuple[np.ndarray, float]:
+    """The denoised picture and its CPU seconds. `biased`: of each technique that has rendered it. `combined`: of the denoiser's picture and the rendered one, as artists get it."""
     import ajar
 
     started = cpu_seconds()
     noisy = found["Combined"]
     quality = ajar.denoiser.quality_for(rays, ajar.denoiser.pixels_of(found["Halves"], noisy))
     image, _ = ajar.denoise(noisy, found["Halves"] if combined else None, found["Denoising Albedo"], found["Denoising Normal"], quality, threads,
-                            direct_halves=found.get("Direct Halves") if combined else None)
+                            direct_halves=found.get("Direct Halves") if combined else None, biased=list(biased))
     return image[..., :3].astype(np.float64), cpu_seconds() - started
 
 
 def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoising: float, change: Change | None = None) -> Picture:
     found, stats, used = whole_render(scene_file, integrator, max(0.1, cpu - denoising), seed, load, change=change)
-    image, extra = denoise(found, stats["rays"], load.threads)
+    image, extra = denoise(found, stats["rays"], load.threads, biased=biased_of(stats))
     technique = ", ".join(part["integrator"] for part in stats.get("techniques", [stats]))
     return Picture(found["Combined"][..., :3].astype(np.float64), image, used + extra, stats["samples_per_pixel"]["mean"], technique)
 

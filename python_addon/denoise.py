@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import threading
 import time
+from collections.abc import Sequence
 
 import bpy
 import numpy as np
@@ -58,21 +59,21 @@ def expected_seconds(pixels: int, quality: ajar.DenoiseQuality, threads: int) ->
 class Background:
     """Denoises one image in its own thread."""
 
-    def __init__(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int = 0) -> None:
+    def __init__(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int = 0, biased: Sequence[bool] = ()) -> None:
         """Start to denoise the pass Combined of `pictures`, [height, width, 4]; its alpha is not changed. With the passes `NEEDED`, the result is
-        consistent."""
+        consistent. `biased`: of each technique that has rendered the picture."""
         self._cancellation = ajar.Cancellation()
         self._result: tuple[np.ndarray, np.ndarray | None] | None = None
         self._error = ""
-        self._thread = threading.Thread(target=self._work, args=(pictures, quality, threads), daemon=True)
+        self._thread = threading.Thread(target=self._work, args=(pictures, quality, threads, list(biased)), daemon=True)
         self._thread.start()
 
-    def _work(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int) -> None:
+    def _work(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int, biased: list[bool]) -> None:
         color = pictures[passes.COMBINED.name]
         albedo, normal, halves, direct_halves = (pictures.get(name) for name in NEEDED)
         started, pixels = time.monotonic(), color.shape[0] * color.shape[1]
         try:
-            self._result = ajar.denoise(color, halves, albedo, normal, quality, threads, self._cancellation, direct_halves)
+            self._result = ajar.denoise(color, halves, albedo, normal, quality, threads, self._cancellation, direct_halves, biased)
             if self._result is not None and pixels >= LEARNED_PIXELS:
                 _seconds_per_pixel[quality, _cores(threads)] = (time.monotonic() - started) / pixels
         except RuntimeError as error:

@@ -411,7 +411,7 @@ std::vector<TechniqueImage> denoise_techniques(const NoisyImage& noisy, const De
     if (!is_known(all)) continue;
     if (!noisy.direct_halves.empty()) direct = separate(noisy.direct_halves, k, techniques);
     Denoised denoised = denoise_technique(all, std::move(direct), size, denoiser, with_whole);
-    images.push_back({std::move(denoised), std::move(all)});
+    images.push_back({std::move(denoised), std::move(all), k < noisy.biased.size() && noisy.biased[k]});
   }
   return images;
 }

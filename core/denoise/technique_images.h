@@ -9,6 +9,9 @@
 // energy of the error of D plus the noise of N, which follows from the halves of N. What is above twice this noise is
 // added to the error of D, for the N that shows most. An N that is darker than D in a wide window says nothing: its own
 // technique may not have found that light, which its halves would not show.
+//
+// Windows of a pixel show what D has blurred; a mean over more pixels shows missing light of which little is found. The N
+// of a biased technique is blurred itself, and only shows light that is missing in a wide window.
 #pragma once
 
 #include <vector>
@@ -39,6 +42,7 @@ struct Halves {
 struct TechniqueImage {
   Denoised denoised;
   Halves halves;
+  bool is_biased = false;  ///< the mean of its rendered images is not the correct image
 };
 /// Estimates of the relMSE of each pixel, for each image.
 std::vector<std::vector<float>> errors_of(const std::vector<TechniqueImage>& images, ImageSize size);

@@ -40,6 +40,7 @@ void add_render(const SessionState& d, json& j) {
   if (d.mixture)
     for (size_t k = 0; k < d.mixture->parts().size(); ++k)
       j["techniques"].push_back({{"integrator", d.mixture->choice().techniques[k].integrator},
+                                 {"bias", name_of(d.mixture->parts()[k].integrator.bias())},
                                  {"share_of_work", d.mixture->choice().techniques[k].share},
                                  {"samples_per_pixel", d.mixture->parts()[k].done}});
   j["direct"] = name_of(d.settings.direct);

@@ -72,13 +72,17 @@ DenoiserInput SessionState::denoiser_input() const {
     const auto& passes = settings.passes;
     return std::find(passes.begin(), passes.end(), pass) == passes.end() ? std::vector<float>() : resolve(pass);
   };
+  std::vector<bool> biased;
+  if (mixture)
+    for (const Mixture::Part& part : mixture->parts()) biased.push_back(part.integrator.bias() != Bias::Unbiased);
   return {resolve("Combined"),
           resolve("Halves"),
           if_asked("Direct Halves"),
           if_asked("Denoising Albedo"),
           if_asked("Denoising Normal"),
           film->width(),
-          film->height()};
+          film->height(),
+          std::move(biased)};
 }
 
 PhotonPoints SessionState::photons(uint64_t max_count) const {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "denoise/noisy_images.h"
 #include "math/random.h"
 #include "math/statistics.h"
 
@@ -11,61 +12,10 @@ namespace ajar::test_denoise {
 
 namespace {
 
-constexpr int kWidth = 96, kHeight = 64;
-constexpr size_t kValues = size_t(kWidth) * kHeight * 3;
-
-/// A gradient with a bright disc of sharp border and one very bright pixel.
-std::vector<float> truth() {
-  std::vector<float> image(kValues);
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x)
-      for (int c = 0; c < 3; ++c) {
-        const int dx = x - 60, dy = y - 30;
-        float value = 0.2f + 0.005f * float(x) + 0.1f * float(c);
-        if (dx * dx + dy * dy < 100) value += 1.5f;
-        if (x == 20 && y == 20) value = 40.0f;
-        image[(size_t(y) * kWidth + size_t(x)) * 3 + size_t(c)] = value;
-      }
-  return image;
-}
-
-struct Rendered {
-  std::vector<float> image, halves;
-};
-/// Gamma-like noise: a few samples with an exponential distribution. `samples` in each half.
-Rendered rendered(const std::vector<float>& clean, int samples, uint64_t seed) {
-  Pcg32 rng(seed);
-  Rendered r{std::vector<float>(kValues), std::vector<float>(2 * kValues)};
-  for (size_t i = 0; i < kValues; ++i) {
-    for (size_t half = 0; half < 2; ++half) {
-      double sum = 0.0;
-      for (int k = 0; k < samples; ++k) sum -= std::log(1.0 - double(rng.next_float()));
-      const float value = clean[i] * float(sum / samples);
-      r.halves[6 * (i / 3) + 3 * half + i % 3] = value;
-      r.image[i] += 0.5f * value;
-    }
-  }
-  return r;
-}
-double relative_error(const std::vector<float>& image, const std::vector<float>& clean) {
-  double sum = 0.0;
-  for (size_t i = 0; i < kValues; ++i) {
-    const double e = double(image[i]) - double(clean[i]);
-    sum += e * e / (double(clean[i]) * double(clean[i]) + 0.01);
-  }
-  return sum / double(kValues);
-}
 double sum_of(const std::vector<float>& image) {
   CompensatedSum sum;
   for (const float v : image) sum.add(double(v));
   return sum.value();
-}
-/// Blurs the image and takes a tenth of its light.
-std::vector<float> dark_blur(const std::vector<float>& image) {
-  std::vector<float> result = image, scratch;
-  window_mean(result, {kWidth, kHeight, 3}, 2, scratch);
-  for (float& v : result) v *= 0.9f;
-  return result;
 }
 
 TEST(Denoise, smooth_images_are_means_and_keep_constants) {
@@ -378,99 +328,6 @@ TEST(Denoise, pixels_that_are_bright_in_both_halves_by_chance_are_no_details) {
   }
   EXPECT_GT(both, 20);
   EXPECT_LT(left, 0.2 * both);
-}
-
-/// Both, side by side, as the pass of two techniques.
-std::vector<float> side_by_side(const std::vector<float>& one, const std::vector<float>& two) {
-  std::vector<float> both;
-  for (size_t i = 0; i < one.size(); i += 6) {
-    both.insert(both.end(), one.begin() + std::ptrdiff_t(i), one.begin() + std::ptrdiff_t(i + 6));
-    both.insert(both.end(), two.begin() + std::ptrdiff_t(i), two.begin() + std::ptrdiff_t(i + 6));
-  }
-  return both;
-}
-
-std::vector<float> small_blur(const std::vector<float>& image) {
-  std::vector<float> result = image, scratch;
-  window_mean(result, {kWidth, kHeight, 3}, 1, scratch);
-  return result;
-}
-
-TEST(Denoise, two_techniques_are_better_than_each_of_them) {
-  const std::vector<float> clean(kValues, 0.5f);
-  double alone = 0.0, both = 0.0, estimated = 0.0;
-  for (uint64_t seed = 1; seed <= 4; ++seed) {
-    const Rendered one = rendered(clean, 16, seed), two = rendered(clean, 16, 50 + seed);
-    const Denoised mean = denoise(one.image, side_by_side(one.halves, two.halves), kWidth, kHeight, small_blur);
-    both += relative_error(mean.image, clean);
-    for (const float e : mean.error) estimated += double(e) / double(mean.error.size());
-    for (const Rendered* r : {&one, &two})
-      alone += 0.5 * relative_error(denoise(r->image, r->halves, kWidth, kHeight, small_blur).image, clean);
-  }
-  EXPECT_LT(both, 0.6 * alone) << "half of the variance";
-  EXPECT_GT(estimated, 0.3 * both);
-  EXPECT_LT(estimated, 3.0 * both);
-}
-
-TEST(Denoise, a_spot_that_one_technique_has_left_does_not_count) {
-  const std::vector<float> clean(kValues, 0.5f);
-  Rendered one = rendered(clean, 16, 1);
-  const Rendered two = rendered(clean, 16, 2);
-  for (int y = 28; y < 34; ++y)
-    for (int x = 40; x < 46; ++x)
-      for (size_t c = 0; c < 3; ++c) one.halves[6 * (size_t(y) * kWidth + size_t(x)) + c] += 8.0f;  // in one half
-  const auto error = [&](const std::vector<float>& halves) {
-    return relative_error(denoise(one.image, halves, kWidth, kHeight, dark_blur).image, clean);
-  };
-  const double spotted = error(one.halves), mean = error(side_by_side(one.halves, two.halves));
-  EXPECT_GT(spotted, 0.02);
-  EXPECT_LT(mean, 0.1 * spotted) << "a mean with equal weights has a quarter";
-}
-
-TEST(Denoise, light_that_one_technique_has_missed_is_that_of_the_other) {
-  // Three tenths of the light of the left part arrive in the first by rare bright samples, which the denoiser loses. Its
-  // halves agree without them.
-  const std::vector<float> clean(kValues, 0.5f);
-  Rendered one = rendered(clean, 256, 3);
-  const Rendered two = rendered(clean, 64, 4);
-  constexpr float kRare = 1e-3f;
-  Pcg32 rng(9);
-  for (size_t i = 0; i < kValues / 3; ++i)
-    if (i % kWidth < 40)
-      for (size_t half = 6 * i; half < 6 * i + 6; half += 3) {
-        const float bright = rng.next_float() < kRare ? 0.15f / kRare : 0.0f;
-        for (size_t c = half; c < half + 3; ++c) one.halves[c] = 0.7f * one.halves[c] + bright;
-      }
-  const auto left_of = [&](const std::vector<float>& halves) {
-    const std::vector<float> image = denoise(one.image, halves, kWidth, kHeight, small_blur).image;
-    double left = 0.0;
-    for (size_t i = 0; i < kValues / 3; ++i)
-      if (i % kWidth < 30) left += double(image[3 * i]) / (30.0 * kHeight);
-    return left;
-  };
-  EXPECT_LT(left_of(one.halves), 0.47);
-  EXPECT_NEAR(left_of(side_by_side(one.halves, two.halves)), 0.5, 0.015);
-}
-
-TEST(Denoise, two_techniques_converge) {
-  const std::vector<float> clean = truth();
-  double before = 1e9;
-  for (const int samples : {16, 256, 4096}) {
-    const Rendered one = rendered(clean, samples, 5), two = rendered(clean, 4 * samples, 6);
-    const double error = relative_error(
-        denoise(one.image, side_by_side(one.halves, two.halves), kWidth, kHeight, dark_blur).image, clean);
-    EXPECT_LT(error, before) << samples;
-    EXPECT_LT(error, 1.02 * relative_error(one.image, clean)) << samples;
-    before = error;
-  }
-}
-
-TEST(Denoise, a_technique_without_halves_does_not_count) {
-  const std::vector<float> clean = truth();
-  const Rendered one = rendered(clean, 16, 5);
-  const std::vector<float> unknown(2 * kValues, std::nanf(""));
-  EXPECT_EQ(denoise(one.image, side_by_side(one.halves, unknown), kWidth, kHeight, dark_blur).image,
-            denoise(one.image, one.halves, kWidth, kHeight, dark_blur).image);
 }
 
 }  // namespace
