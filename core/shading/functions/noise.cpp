@@ -61,28 +61,33 @@ Number fade(Number t) {
 /// The noise in a cell of the lattice. The arguments have one number per axis; `cell` is modulo 2^32.
 template <int N, class Words, class Numbers>
 float noise_in_cell(const Words& cell, const Numbers& fraction, const Numbers& faded) {
+  // Each bit of the index of a corner is its side along one axis. In three dimensions the highest bit is that of x, so
+  // that each step of the interpolation is between the halves of a vector. In the others the lowest bit is: measured,
+  // the compiler's code is faster then (docs/research/speed.md).
   constexpr int kCorners = 1 << N;
-  // The highest bit of the index of a corner is its side along x, the next one that along y, and so on. Then each step
-  // of the interpolation is between the halves of an array.
+  constexpr bool kHalves = N == 3;
   float value[kCorners];
   for (int corner = 0; corner < kCorners; ++corner) {
     uint32_t key[N];
     float d[N];
     for (int axis = 0; axis < N; ++axis) {
-      const int side = corner >> (N - 1 - axis) & 1;
+      const int side = corner >> (kHalves ? N - 1 - axis : axis) & 1;
       key[axis] = uint32_t(cell[axis]) + uint32_t(side);
       d[axis] = fraction[axis] - float(side);
     }
     value[corner] = contribution(hash_words(key), d);
   }
   for (int axis = 0, count = kCorners / 2; axis < N; ++axis, count /= 2)
-    for (int i = 0; i < count; ++i) value[i] += faded[axis] * (value[i + count] - value[i]);
+    for (int i = 0; i < count; ++i) {
+      const float low = value[kHalves ? i : 2 * i], high = value[kHalves ? i + count : 2 * i + 1];
+      value[i] = low + faded[axis] * (high - low);
+    }
   return kRange<N> * value[0];
 }
 
-/// Where coordinates do not fit in 32 bits.
+/// One axis after the other; coordinates need not fit in 32 bits.
 template <int N>
-[[gnu::noinline]] float signed_noise_far_away(Point<N> p) {
+float noise_by_axes(Point<N> p) {
   uint32_t cell[N];
   float fraction[N], faded[N];
   for (int axis = 0; axis < N; ++axis) {
@@ -97,16 +102,20 @@ template <int N>
 
 template <int N>
 float signed_noise(Point<N> p) {
+  return noise_by_axes(p);
+}
+
+/// Noise is mostly in three dimensions. All axes are in one vector, which stays in registers.
+template <>
+float signed_noise<3>(Point<3> p) {
   bool is_near = true;
-  for (int axis = 0; axis < N; ++axis) is_near &= std::abs(p[axis]) < 0x1p30f;
-  if (!is_near) return signed_noise_far_away(p);
-  // All axes are in one vector, which stays in registers.
-  Float4 all{};
-  for (int axis = 0; axis < N; ++axis) all[axis] = p[axis];
+  for (int axis = 0; axis < 3; ++axis) is_near &= std::abs(p[axis]) < 0x1p30f;
+  if (!is_near) return noise_by_axes(p);
+  const Float4 all{p[0], p[1], p[2], 0.0f};
   Int4 low = __builtin_convertvector(all, Int4);
   low += __builtin_convertvector(low, Float4) > all;  // conversion rounds negative numbers up; true is -1
   const Float4 fraction = all - __builtin_convertvector(low, Float4);
-  return noise_in_cell<N>(low, fraction, fade(fraction));
+  return noise_in_cell<3>(low, fraction, fade(fraction));
 }
 
 template <int N>
