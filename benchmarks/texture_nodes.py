@@ -25,7 +25,7 @@ import compatibility
 INSIDE = Path(__file__).resolve().parent / "texture_nodes_render.py"
 RESULTS = PROJECT / "build" / "texture_nodes.json"
 PAGE = PROJECT / "docs" / "benchmarks" / "texture_nodes.md"
-NEGLIGIBLE = 0.05   # of the time of the picture without a texture: too little to compare
+NEGLIGIBLE = 0.15   # of the time of the picture without a texture: too little to compare
 
 
 def page(found: dict, version: str) -> str:

@@ -51,8 +51,8 @@ std::vector<float> rgb_of(const std::vector<float>& rgba);
 
 /// What is denoised. `halves`: the means of the even and of the odd samples of each pixel, six channels for each
 /// technique. A pixel without two halves is NaN there, and the technique does not count; then, and if `halves` is
-/// empty, `image` is denoised without a combination, and `error` is empty. `direct_halves`: the part of the halves by direct paths; empty, or NaN anywhere: they are not separated. `biased`: of each technique;
-/// empty: none is.
+/// empty, `image` is denoised without a combination, and `error` is empty. `direct_halves`: the part of the halves by
+/// direct paths; empty, or NaN anywhere: they are not separated. `biased`: of each technique; empty: none is.
 struct NoisyImage {
   const std::vector<float>&image, &halves;  ///< image: RGB
   std::vector<float> direct_halves;

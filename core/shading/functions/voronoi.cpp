@@ -46,7 +46,8 @@ Color random_color(const VoronoiParameters& v, Point<N> cell) {
   return hash_color(cell);
 }
 
-/// Offsets of the cells up to kReach away on every axis, x fastest, and of further ones up to a multiple of eight.
+/// Offsets of the cells up to kReach away on every axis, x fastest. The table is filled up to a multiple of eight with
+/// entries that do not count.
 template <int N, int kReach>
 struct Offsets {
   static constexpr int kSide = 2 * kReach + 1;
