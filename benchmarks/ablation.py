@@ -76,7 +76,7 @@ def measure_scene(scene: Scene, options: argparse.Namespace) -> dict:
                 continue
             if variant.combined:   # otherwise, the render is that of the default
                 found, stats, _ = denoised.whole_render(scene_file, variant.integrator, max(0.1, options.seconds - denoising), seed, load, change=variant.change)
-            image, _ = denoised.denoise(found, stats["rays"], options.threads, variant.combined, denoised.biased_of(stats))
+            image, _ = denoised.denoise(found, stats["rays"], options.threads, variant.combined, ajar.denoiser.biased_of(stats))
             noisy = found["Combined"][..., :3].astype(np.float64)
             runs.append({"name": variant.name, "seed": seed, "technique": stats["integrator"],
                          "relmse": metrics.relmse(image, reference.mean, reference.variance), "noisy": metrics.relmse(noisy, reference.mean, reference.variance)})

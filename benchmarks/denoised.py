@@ -131,11 +131,6 @@ def whole_render(scene_file: Path, integrator: str, cpu: float, seed: int, load:
     return found, stats, used
 
 
-def biased_of(stats: dict) -> list[bool]:
-    """Of each technique that has rendered the picture; empty if there is one."""
-    return [part["bias"] != "unbiased" for part in stats.get("techniques", ())]
-
-
 def denoise(found: dict[str, np.ndarray], rays: float, threads: int, combined: bool = True, biased: Sequence[bool] = ()) -> tuple[np.ndarray, float]:
     """The denoised picture and its CPU seconds. `biased`: of each technique that has rendered it. `combined`: of the denoiser's picture and the rendered one, as artists get it."""
     import ajar
@@ -149,8 +144,10 @@ def denoise(found: dict[str, np.ndarray], rays: float, threads: int, combined: b
 
 
 def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load, denoising: float, change: Change | None = None) -> Picture:
+    import ajar
+
     found, stats, used = whole_render(scene_file, integrator, max(0.1, cpu - denoising), seed, load, change=change)
-    image, extra = denoise(found, stats["rays"], load.threads, biased=biased_of(stats))
+    image, extra = denoise(found, stats["rays"], load.threads, biased=ajar.denoiser.biased_of(stats))
     technique = ", ".join(part["integrator"] for part in stats.get("techniques", [stats]))
     return Picture(found["Combined"][..., :3].astype(np.float64), image, used + extra, stats["samples_per_pixel"]["mean"], technique)
 

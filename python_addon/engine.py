@@ -309,8 +309,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             quality = self._limit.quality
         else:
             quality = ajar.denoiser.quality_for(statistics["rays"], ajar.denoiser.pixels_of(pictures[passes.HALVES], image))
-        biased = [technique["bias"] != "unbiased" for technique in statistics.get("techniques", ())]
-        work = denoise.Background(pictures, quality, statistics["threads"], biased)
+        work = denoise.Background(pictures, quality, statistics["threads"], ajar.denoiser.biased_of(statistics))
         while not work.wait(POLL_SECONDS):
             if is_cancelled():
                 work.cancel()

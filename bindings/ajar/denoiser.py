@@ -68,3 +68,8 @@ def pixels_of(halves: np.ndarray | None, image: np.ndarray) -> int:
     """The number of pixels for `quality_for`: those of the image times the techniques of the pass "Halves", because each is denoised apart."""
     techniques = max(1, halves.shape[2] // 6) if halves is not None else 1
     return techniques * image.shape[0] * image.shape[1]
+
+
+def biased_of(statistics: dict) -> list[bool]:
+    """The argument `biased` of `ajar.denoise`, from the statistics of a render: of each of its techniques; empty if there is one."""
+    return [technique["bias"] != "unbiased" for technique in statistics.get("techniques", ())]

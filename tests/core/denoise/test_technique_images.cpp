@@ -21,11 +21,14 @@ std::vector<float> side_by_side(const std::vector<float>& one, const std::vector
   return both;
 }
 
-std::vector<float> small_blur(const std::vector<float>& image) {
+template <int kReach>
+std::vector<float> blur(const std::vector<float>& image) {
   std::vector<float> result = image, scratch;
-  window_mean(result, {kWidth, kHeight, 3}, 1, scratch);
+  window_mean(result, {kWidth, kHeight, 3}, kReach, scratch);
   return result;
 }
+constexpr auto* small_blur = &blur<1>;
+constexpr auto* large_blur = &blur<3>;
 
 TEST(TechniqueImages, two_techniques_are_better_than_each_of_them) {
   const std::vector<float> clean(kValues, 0.5f);
@@ -89,12 +92,6 @@ std::vector<float> pattern() {
   for (size_t i = 0; i < kValues / 3; ++i)
     for (size_t c = 3 * i; c < 3 * i + 3; ++c) image[c] = (i % kWidth / 2 + i / kWidth / 2) % 2 ? 0.9f : 0.1f;
   return image;
-}
-
-std::vector<float> large_blur(const std::vector<float>& image) {
-  std::vector<float> result = image, scratch;
-  window_mean(result, {kWidth, kHeight, 3}, 3, scratch);
-  return result;
 }
 
 TEST(TechniqueImages, a_pattern_that_one_technique_has_blurred_is_that_of_the_other) {
