@@ -615,6 +615,10 @@ void bind_light_world_camera(py::module_& module) {
           "even_spot", &LightDescription::even_spot,
           "bool. Whether the light of a spot lamp is as strong everywhere in its cone, which has the scale of "
           "the lamp, as since Blender 4.0. Otherwise it falls with the cosine to the axis.")
+      .def_readwrite("even_sun", &LightDescription::even_sun,
+                     "bool. Whether a sun has the same radiance in its whole cone, and its energy is the irradiance of "
+                     "a surface that faces it, as since Blender 4.0. Otherwise its radiance grows with 1 / cos^3 from "
+                     "the axis, and the irradiance of a large sun is less.")
       .def_readwrite("spot_angle", &LightDescription::spot_angle,
                      "float, radians, 0 to pi. The full angle of the cone of a spot lamp.")
       .def_readwrite("spot_blend", &LightDescription::spot_blend,

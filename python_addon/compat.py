@@ -185,20 +185,11 @@ def light_energy(light: bpy.types.Light) -> float:
         energy *= _extent(light) or 1.0
     if light.type == "AREA" and bpy.app.version >= (4, 0):
         energy *= 4.0 / math.pi   # since 4.0 the value is the emitted power; 3.4 divides it by 4 instead of pi
-    if light.type == "SUN" and bpy.app.version >= (4, 0):
-        energy *= _mean_of_sun(0.5 * light.angle)
     return energy
 
 
-def _mean_of_sun(half_angle: float) -> float:
-    """Since 4.0 the strength of a sun is the irradiance of a surface that faces it. In 3.4 the sun is a disk that emits 1 / cos^3, and the irradiance is the
-    strength times the mean cosine over the disk: 2 (1 / cos - 1) / tan^2. Returns the inverse of this factor."""
-    squared = math.tan(min(half_angle, 1.55)) ** 2
-    return squared / (2.0 * (math.sqrt(1.0 + squared) - 1.0)) if squared > 1e-6 else 1.0
-
-
 def _extent(light: bpy.types.Light) -> float:
-    """The divisor of the power in Cycles unless `normalize` is off: an area in square metres, or for a sun the measure of its disk."""
+    """The divisor of the power in Cycles unless `normalize` is off: an area in square metres, or for a sun the projected solid angle."""
     if light.type == "SUN":
         return math.pi * math.sin(0.5 * light.angle) ** 2
     if light.type != "AREA":
@@ -214,6 +205,11 @@ def has_soft_falloff(light: bpy.types.Light) -> bool:
 
 def spots_are_even() -> bool:
     """Whether spot lamps are as strong everywhere in their cone, which has the scale of the lamp (since 4.0), or fall with the cosine."""
+    return bpy.app.version >= (4, 0)
+
+
+def suns_are_even() -> bool:
+    """Whether a sun has the same radiance everywhere and its strength is the irradiance of a surface that faces it (since 4.0), or emits 1 / cos^3."""
     return bpy.app.version >= (4, 0)
 
 

@@ -14,7 +14,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'O'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'P'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -275,6 +275,7 @@ void fields(A& a, LightDescription& v) {
   if (a.has('E')) all(a, v.soft_falloff, v.even_spot);
   if (a.has('J')) all(a, v.links, v.max_bounces);
   if (a.has('K')) visit(a, v.light_group);
+  if (a.has('P')) visit(a, v.even_sun);
 }
 template <class A>
 void fields(A& a, WorldDescription& v) {

@@ -164,6 +164,14 @@ float pdf_flat(const Light& light, Vec3 p, Vec3 wi, float distance) {
   return sqr(distance) / (lit.length_x * lit.length_y * cos_light);
 }
 
+/// A direction to a sun with extent.
+Vec3 sample_sun(const Light& light, Vec2 u) {
+  if (light.sun_one_minus_cos > 0.0f)
+    return -light.frame.to_world(warp::square_to_cone(u, light.sun_one_minus_cos));
+  const Vec2 d = light.radius * warp::square_to_disk(u);
+  return glm::normalize(-light.frame.n + d.x * light.frame.s + d.y * light.frame.t);
+}
+
 /// The cone of a spot in the space of its lamp, whose axes have these lengths.
 void set_scaled_cone(Light& light, Vec3 scale) {
   const auto ratio = [](float a, float b) { return a > 0.0f && b > 0.0f ? a / b : 1.0f; };
@@ -176,6 +184,11 @@ void set_scaled_cone(Light& light, Vec3 scale) {
 }
 
 }  // namespace
+
+float sun_pdf(const Light& light, Vec3 wo) {
+  if (light.sun_one_minus_cos > 0.0f) return warp::cone_pdf_solid_angle(light.sun_one_minus_cos);
+  return lamp_profile(light, wo);
+}
 
 Light make_lamp(const LightDescription& d) {
   const Mat4 m = to_matrix(d.world_from_light);
@@ -213,10 +226,11 @@ Light make_lamp(const LightDescription& d) {
       break;
     }
     case LightKind::Sun: {
-      const float half_angle = std::clamp(0.5f * d.sun_angle, 0.0f, 1.55f);
+      const float half_angle = std::clamp(0.5f * d.sun_angle, 0.0f, d.even_sun ? 1.5707f : 1.55f);
       light.type = half_angle > 0.0f ? LightType::DistantDisk : LightType::DistantDelta;
       light.radius = std::tan(half_angle);
-      light.area = kPi * sqr(light.radius);
+      light.area = kPi * sqr(d.even_sun ? std::sin(half_angle) : light.radius);
+      if (d.even_sun) light.sun_one_minus_cos = 2.0f * sqr(std::sin(0.5f * half_angle));
       light.radiance = power;
       break;
     }
@@ -268,8 +282,11 @@ Color lamp_flux(const Light& light, float scene_radius) {
     }
     case LightType::Rectangle:
     case LightType::Ellipse: return light.radiance * (kPi * light.area);
-    case LightType::DistantDelta:
-    case LightType::DistantDisk: return light.radiance * (kPi * sqr(scene_radius));
+    case LightType::DistantDelta: return light.radiance * (kPi * sqr(scene_radius));
+    case LightType::DistantDisk: {  // radiance times the solid angle; an even sun has radiance / area in its whole cone
+      const float cone = light.sun_one_minus_cos > 0.0f ? 2.0f * kPi * light.sun_one_minus_cos / light.area : 1.0f;
+      return light.radiance * (cone * kPi * sqr(scene_radius));
+    }
     default: return Color(0.0f);
   }
 }
@@ -282,6 +299,7 @@ float lamp_profile(const Light& light, Vec3 wo) {
     case LightType::Ellipse: return spread_profile(light, glm::dot(wo, light.frame.n));
     case LightType::DistantDisk: {
       const float cos_theta = glm::dot(wo, light.frame.n);
+      if (light.sun_one_minus_cos > 0.0f) return 1.0f / light.area;
       return cos_theta > 0.0f ? 1.0f / (light.area * cos_theta * cos_theta * cos_theta) : 0.0f;
     }
     default: return 1.0f;
@@ -308,13 +326,12 @@ std::optional<LightSample> sample_lamp_li(const Light& light, Vec3 p, Vec2 u) {
     case LightType::DistantDisk: {
       LightSample s;
       s.delta = light.type == LightType::DistantDelta;
-      const Vec2 d = s.delta ? Vec2(0.0f) : light.radius * warp::square_to_disk(u);
-      s.wi = glm::normalize(-light.frame.n + d.x * light.frame.s + d.y * light.frame.t);
+      s.wi = s.delta ? -light.frame.n : sample_sun(light, u);
       s.normal = -s.wi;
       s.position = Vec3(0.0f);
       s.distance = kInfinity;
-      s.pdf_solid_angle = s.delta ? 1.0f : lamp_profile(light, -s.wi);
-      s.radiance = light.radiance * s.pdf_solid_angle;
+      s.pdf_solid_angle = s.delta ? 1.0f : sun_pdf(light, -s.wi);
+      s.radiance = light.radiance * (s.delta ? 1.0f : lamp_profile(light, -s.wi));
       return s;
     }
     default: return std::nullopt;
@@ -333,7 +350,7 @@ float pdf_lamp_li(const Light& light, Vec3 p, Vec3 wi, float distance, Vec3) {
     }
     case LightType::Rectangle:
     case LightType::Ellipse: return pdf_flat(light, p, wi, distance);
-    case LightType::DistantDisk: return lamp_profile(light, -wi);
+    case LightType::DistantDisk: return sun_pdf(light, -wi);
     default: return 0.0f;
   }
 }

@@ -7,8 +7,10 @@
 //                        even spot's sphere sees all of it.
 //   area         W       radiance P / (4 A) on one side, times max(0, 1 - tan(theta) tan((pi - spread) / 2)) by the
 //                        spread, normalised to the same flux
-//   sun          W/m^2   irradiance P on a surface that faces the sun; radiance P / (pi tan^2(angle / 2) cos^3(theta)):
-//                        a disk tangent to the sphere of directions, with a uniform sampling density
+//   sun          W/m^2   radiance P / (pi tan^2(angle / 2) cos^3(theta)): a disk tangent to the sphere of directions,
+//                        with a uniform sampling density; P is the irradiance on a surface that faces a small sun
+//   even sun     W/m^2   LightDescription::even_sun: radiance P / (pi sin^2(angle / 2)) in the whole cone; P is the
+//                        irradiance on a surface that faces the sun
 // The scale of the lamp's matrix scales area lamps and the cones of even spots, not the spheres.
 //
 // Lamps never block rays. A sphere also emits inwards: a point inside sees its inner side. A ray hits it once, where it
@@ -34,6 +36,8 @@ Light make_lamp(const LightDescription& description);
 Color lamp_flux(const Light& light, float scene_radius);
 /// Factor on `light.radiance` in direction wo: cone, spread, side, profile of the sun.
 float lamp_profile(const Light& light, Vec3 wo);
+/// Probability density (per solid angle) with which directions in a sun with extent are sampled.
+float sun_pdf(const Light& light, Vec3 wo);
 
 /// Limits the part from `begin` to `end` of a ray to that in a cone which contains the light from all points of a lamp
 /// with a cone. If there is none, both are equal.

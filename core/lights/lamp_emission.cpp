@@ -114,7 +114,7 @@ void pdf_lamp_le(const Light& light, Vec3 normal, Vec3 direction, float scene_ra
     case LightType::DistantDelta:
     case LightType::DistantDisk:
       pdf_area = kInvPi / sqr(scene_radius);
-      pdf_solid_angle = light.type == LightType::DistantDisk ? lamp_profile(light, direction) : 0.0f;
+      pdf_solid_angle = light.type == LightType::DistantDisk ? sun_pdf(light, direction) : 0.0f;
       return;
     default:
       pdf_area = light.area > 0.0f ? 1.0f / light.area : 0.0f;

@@ -121,10 +121,11 @@ struct Light {
   Vec3 edge1{0.0f}, edge2{0.0f};
   Color radiance{0.0f};                         ///< emitted (intensity for delta positions, irradiance for the suns)
   float radius = 0.0f;                          ///< of the sphere; of the sun's disk at distance 1
-  float area = 0.0f;                            ///< one side; of the sun's disk at distance 1
+  float area = 0.0f;                            ///< one side; of the sun's disk, for an even sun pi sin^2 (lamp.h)
   float cos_outer = -1.0f, spot_smooth = 0.0f;  ///< spot: edge of the cone, width of the blend in cosine
   float cos_widest = -1.0f;                     ///< spot: cone around the axis that contains all its light
   bool even_spot = false;                       ///< see LightDescription
+  float sun_one_minus_cos = 0.0f;               ///< even sun: 1 - cos of the half angle; 0 for a disk (lamp.h)
   float spread_tan = 0.0f, spread_norm = 1.0f;  ///< area: slope and scale of the attenuation
   int shader = -1;                              ///< program that multiplies `radiance` at the light point; -1: none
   uint32_t instance = 0, primitive = 0;         ///< of a triangle

@@ -56,6 +56,7 @@ def _spot(out: ajar.LightDescription, light: bpy.types.SpotLight) -> None:
 def _sun(out: ajar.LightDescription, light: bpy.types.SunLight) -> None:
     out.kind = ajar.LightKind.Sun
     out.sun_angle = light.angle
+    out.even_sun = compat.suns_are_even()
 
 
 def _area(out: ajar.LightDescription, light: bpy.types.AreaLight) -> None:

@@ -121,6 +121,10 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   soft.lights[0].soft_falloff = soft.lights[0].even_spot = true;
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(soft))), to_bytes(soft));
   for (char version : {'2', '9', 'A', 'D'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(soft, version))), written);
+  SceneDescription even = d;
+  even.lights[0].even_sun = true;
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(even))), to_bytes(even));
+  for (char version : {'2', '9', 'A', 'O'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(even, version))), written);
   SceneDescription linked = d;
   linked.objects[0].receiver_set = 3;
   linked.objects[0].blocker_set = 4;

@@ -63,6 +63,12 @@ LightDescription sun(Vec3 shines, float angle, float energy = 3.0f) {
   return light;
 }
 
+LightDescription even_sun(Vec3 shines, float angle, float energy = 3.0f) {
+  LightDescription light = sun(shines, angle, energy);
+  light.even_sun = true;
+  return light;
+}
+
 Vec3 panel_x(const LightDescription& light) { return Vec3(to_matrix(light.world_from_light)[0]); }
 
 /// A scene with one small dark object.
@@ -179,6 +185,8 @@ std::vector<Case> extended_lights() {
        {0, 1, 0}},
       {"sun of half a degree", with_lamp(sun({0.3f, 0.1f, -1.0f}, 0.00918f)), {0, 0, 0}},
       {"sun of ninety degrees", with_lamp(sun({0.3f, 0.1f, -1.0f}, 1.57f)), {0, 0, 0}},
+      {"even sun of half a degree", with_lamp(even_sun({0.3f, 0.1f, -1.0f}, 0.00918f)), {0, 0, 0}},
+      {"even sun of half the sky", with_lamp(even_sun({0.3f, 0.1f, -1.0f}, kPi)), {0, 0, 0}},
   };
   for (bool bake : {false, true}) {
     SceneDescription d = dark();
@@ -314,6 +322,14 @@ TEST(LightSet, irradiance_agrees_with_closed_forms) {
   EXPECT_TRUE(mean_agrees(e(sun({0, -1, -1}, 0.01f)), 3.0 * std::sqrt(0.5), level, 1e-4));
   // Mean cosine of a disk of radius 1 at distance 1: 2 (sqrt(2) - 1).
   EXPECT_TRUE(mean_agrees(e(sun({0, 0, -1}, float(M_PI / 2))), 3.0 * 2.0 * (std::sqrt(2.0) - 1.0), level));
+  // The energy of an even sun is the irradiance of a surface that faces it, for all sizes. A sun of half the sky lights a
+  // surface at the angle t by (1 + cos(t)) / 2 of it.
+  for (const float angle : {0.0f, 0.01f, 1.0f, 2.5f, 3.055f, kPi})
+    EXPECT_TRUE(mean_agrees(e(even_sun({0, 0, -1}, angle)), 3.0, level, 1e-4)) << angle;
+  for (const float tilt : {0.5f, 1.4f, 2.0f})
+    EXPECT_TRUE(mean_agrees(e(even_sun({std::sin(tilt), 0, -std::cos(tilt)}, kPi)), 1.5 * (1.0 + std::cos(tilt)), level,
+                            1e-3))
+        << tilt;
   SceneDescription d = dark();
   set_world(d, Color(0.3f));
   EXPECT_TRUE(mean_agrees(irradiance(build(d)->lights(), origin, up, 40000), 0.3 * M_PI, level));
@@ -519,6 +535,7 @@ std::vector<std::pair<const char*, SceneDescription>> all_kinds() {
   add("ellipse", area_lamp(AreaShape::Ellipse, {2, 1}, tilted));
   add("sun", sun({0.3f, 0.1f, -1.0f}, 0.0f));
   add("soft sun", sun({0.3f, 0.1f, -1.0f}, 0.5f));
+  add("even sun", even_sun({0.3f, 0.1f, -1.0f}, 2.5f));
   SceneDescription d = dark();
   add_object(d, sphere(4), add_diffuse(d, Color(0.0f), Color(2.0f)),
              placed({0, 0, 2}, {1, 0, -1}, {0.5f, 0.5f, -0.7f}));
