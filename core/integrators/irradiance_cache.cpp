@@ -29,7 +29,7 @@ namespace {
 
 /// Dimensions of the sampler: those of the camera (for records: of the direction), then a fixed number for each vertex.
 constexpr uint32_t kFirstDimensions = 6, kVertexDimensions = 8;
-constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kSubsurface = 7;
+constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kLookup = 4, kRoulette = 6, kSubsurface = 7;
 constexpr int kRaysPerGatherRay = 25;  ///< of a record, per gather ray of the setting
 /// Spacing of the pixels at which records are placed. It is halved in each step.
 constexpr int kCoarsestStride = 16, kFinestStride = 2;
@@ -306,9 +306,8 @@ class IrradianceCache final : public Integrator {
                                              uint32_t base) const {
     if (bsdf.empty()) return std::nullopt;
     sampler.set_dimension(base + kLobe);
-    const float u_lobe = sampler.get_1d();
-    sampler.set_dimension(base + kDirection);
-    auto sample = bsdf.sample(point.wo, u_lobe, sampler.get_2d());
+    const Vec3 u = sampler.get_3d();
+    auto sample = bsdf.sample(point.wo, u.z, Vec2(u));
     if (sample && !(sample->pdf_solid_angle > 0.0f)) sample.reset();
     return sample;
   }
@@ -446,7 +445,7 @@ class IrradianceCache final : public Integrator {
       if (sample) after *= sample->f_cos;
       if (!start.inverse_distance && !media.active() && !passes_only && !below && !on_strand_or_point(point) &&
           bounces_diffusely(point, settings.bounces))
-        after = read_cache(walk, sampler, base + kDirection, sample, counter, beta, radiance).value_or(after);
+        after = read_cache(walk, sampler, base + kLookup, sample, counter, beta, radiance).value_or(after);
       if (!sample) break;
       if (sample->flags & kTransparent) {
         if (!pass_through(walk, media, *sample, to_lights, beta)) break;

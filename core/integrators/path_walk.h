@@ -229,9 +229,7 @@ class PathWalk {
     ShadingPoint& point = walk_.point;
     const uint32_t base = D::kCamera + D::kVertex * uint32_t(vertex_++);
     sampler_.set_dimension(base + D::kLobe);
-    const float u_lobe = at.lobe_count > 1 ? sampler_.get_1d() : 0.0f;
-    sampler_.set_dimension(base + D::kDirection);
-    const Vec2 u = sampler_.get_2d();
+    const auto [u_lobe, u] = draw_direction(at.lobe_count > 1);
     PhaseSample sample;
     if constexpr (kGuided) {
       sampler_.set_dimension(base + D::kGuide);
@@ -394,15 +392,17 @@ class PathWalk {
     return walk_.pass_portal(sample);
   }
 
+  /// The number that chooses a lobe, if it `has_choice`, and those of the direction.
+  [[gnu::always_inline]] std::pair<float, Vec2> draw_direction(bool has_choice) {
+    if (!has_choice) return {0.5f, sampler_.get_2d()};
+    const Vec3 u = sampler_.get_3d();
+    return {u.z, Vec2(u)};
+  }
+
   [[gnu::always_inline]] std::optional<BsdfSample> sample_direction() {
     const Bsdf& bsdf = walk_.shading.bsdf;
-    float u_lobe = 0.5f;
-    if (bsdf.lobe_count() > 1 || bsdf.lobe(0).kind != LobeKind::Diffuse) {
-      sampler_.set_dimension(base_ + D::kLobe);
-      u_lobe = sampler_.get_1d();
-    }
-    sampler_.set_dimension(base_ + D::kDirection);
-    const Vec2 u_direction = sampler_.get_2d();
+    sampler_.set_dimension(base_ + D::kLobe);
+    const auto [u_lobe, u_direction] = draw_direction(bsdf.lobe_count() > 1 || bsdf.lobe(0).kind != LobeKind::Diffuse);
     if constexpr (kGuided)
       return sample_guided(u_lobe, u_direction);
     else

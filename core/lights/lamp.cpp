@@ -166,8 +166,7 @@ float pdf_flat(const Light& light, Vec3 p, Vec3 wi, float distance) {
 
 /// A direction to a sun with extent.
 Vec3 sample_sun(const Light& light, Vec2 u) {
-  if (light.sun_one_minus_cos > 0.0f)
-    return -light.frame.to_world(warp::square_to_cone(u, light.sun_one_minus_cos));
+  if (light.sun_one_minus_cos > 0.0f) return -light.frame.to_world(warp::square_to_cone(u, light.sun_one_minus_cos));
   const Vec2 d = light.radius * warp::square_to_disk(u);
   return glm::normalize(-light.frame.n + d.x * light.frame.s + d.y * light.frame.t);
 }

@@ -28,7 +28,7 @@ uint32_t LightSet::lamp_count() const { return uint32_t(data_->lamps.size()); }
 int LightSet::environment_index() const { return data_->environment_index; }
 const std::vector<uint32_t>& LightSet::distant_disks() const { return data_->distant_disks; }
 size_t LightSet::tree_bytes() const {
-  size_t bytes = data_->all.tree.memory_bytes();
+  size_t bytes = data_->all.tree.memory_bytes() + data_->clusters.memory_bytes();
   for (const LightChooser& linked : data_->linked) bytes += linked.tree.memory_bytes();
   return bytes;
 }
@@ -43,7 +43,7 @@ Light LightSet::light(uint32_t index, float time) const {
   light.visibility = known.visibility;
   light.receivers = known.receivers;
   light.blockers = known.blockers;
-  light.power = float(d.by_power.pmf(index) * d.by_power.total());
+  light.power = float(double(power_pmf(index)) * d.by_power.total());
   if (d.is_environment(index)) {
     light.type = LightType::Environment;
     return light;
@@ -100,6 +100,7 @@ bool LightSet::can_choose() const { return !data_->all.tree.empty() || !data_->a
 
 uint64_t LightSet::fingerprint() const {
   uint64_t hash = hash64(data_->all.tree.fingerprint() ^ data_->size);
+  if (!data_->clusters.empty()) hash = hash64(hash ^ data_->clusters.fingerprint());
   const auto add = [&](float x) { hash = hash64(hash ^ std::bit_cast<uint32_t>(x)); };
   for (const LightChooser::DistantLight& l : data_->all.distant) {
     hash = hash64(hash ^ l.light);
@@ -144,17 +145,14 @@ void LightSet::cut(Vec3 p, float radius, Vec3 n, int max_branches, std::vector<B
 
 LightSet::Choice LightSet::choose_in(uint32_t branch, Vec3 p, Vec3 n, float u) const {
   const LightChooser& d = data_->all;
-  if (branch < kDistantBranch) {
-    const LightTree::Choice choice = d.tree.choose_below(branch, p, n, u);
-    return {choice.light, choice.pmf, choice.u_remapped};
-  }
+  if (branch < kDistantBranch) return d.choose_below(branch, p, n, u);
   return d.distant.size() <= kMaxDistantBranches ? Choice{d.distant[branch - kDistantBranch].light, 1.0f, u}
                                                  : d.choose_distant(n, u);
 }
 
 float LightSet::pmf_in(uint32_t branch, Vec3 p, Vec3 n, uint32_t light) const {
   const LightChooser& d = data_->all;
-  if (branch < kDistantBranch) return d.tree.pmf_below(branch, p, n, light);
+  if (branch < kDistantBranch) return d.pmf_below(branch, p, n, light);
   const size_t i = size_t(std::find_if(d.distant.begin(), d.distant.end(),
                                        [&](const LightChooser::DistantLight& l) { return l.light == light; }) -
                           d.distant.begin());
@@ -165,15 +163,18 @@ float LightSet::pmf_in(uint32_t branch, Vec3 p, Vec3 n, uint32_t light) const {
 
 uint32_t LightSet::place_of(uint32_t light) const {
   const LightChooser& d = data_->all;
-  if (d.tree.contains(light)) return d.tree.leaf_of(light);
+  if (d.contains(light)) return d.leaf_of(light);
   for (size_t i = 0; i < d.distant.size(); ++i)
     if (d.distant[i].light == light) return kDistantBranch | uint32_t(i);
   return ~0u;
 }
 
 LightSet::Choice LightSet::choose_by_power(float u) const {
-  const auto choice = data_->by_power.sample(u);
-  return {choice.index, choice.pmf, choice.u_remapped};
+  const auto entry = data_->by_power.sample(u);
+  if (data_->clusters.empty()) [[likely]]
+    return {entry.index, entry.pmf, entry.u_remapped};
+  const LightClusters::Choice inside = data_->clusters.choose_by_power(entry.index, entry.u_remapped);
+  return {inside.light, entry.pmf * inside.pmf, inside.u_remapped};
 }
 std::vector<LightSet::SourceRange> LightSet::sources() const {
   const Data& d = *data_;
@@ -200,6 +201,11 @@ std::vector<LightSet::SourceRange> LightSet::sources() const {
   return sources;
 }
 
-float LightSet::power_pmf(uint32_t light) const { return data_->by_power.pmf(light); }
+float LightSet::power_pmf(uint32_t light) const {
+  const Data& d = *data_;
+  if (d.clusters.empty()) [[likely]]
+    return d.by_power.pmf(light);
+  return d.by_power.pmf(d.clusters.entry_of(light)) * d.clusters.power_pmf(light);
+}
 
 }  // namespace ajar

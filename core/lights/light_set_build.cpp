@@ -57,7 +57,7 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
       light.radiance = Color(0.0f);
     } else if (power > 0.0) {
       light.power = float(power * factor);
-      sources.push_back({uint32_t(i), 1, power * factor, 1.0, growth});
+      sources.push_back({uint32_t(i), uint32_t(i), 1, power * factor, 1.0, growth});
     }
     if (light.type == LightType::DistantDisk && !is_black(light.radiance) && light.mis)
       distant_disks.push_back(uint32_t(i));
@@ -89,14 +89,14 @@ void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& dia
   environment_visibility = in.description.world.visibility;
   environment_bounces = in.description.world.max_bounces;
   any_limited |= environment_bounces < in.description.settings.bounces.total;
-  environment_index = int(weights.size());
+  environment_index = int(size++);
   // Radiance integrated over the sphere, times the area of the scene's disk.
   const double power = 4.0 * M_PI * double(environment.mean_luminance()) * M_PI * double(scene_radius) *
                        double(scene_radius);
   const bool partial = LightFlags{LightType::Environment, environment_visibility}.partial();
   any_partial |= partial;
   const double chosen = partial ? 1.0 : double(environment.excess_luminance()) / double(environment.mean_luminance());
-  sources.push_back({uint32_t(environment_index), 1, power, chosen});
+  sources.push_back({uint32_t(environment_index), uint32_t(weights.size()), 1, power, chosen});
   weights.push_back(1.0);
 }
 
@@ -119,7 +119,7 @@ LightBounds bounds_in_motion(const BuiltMesh& mesh, const BuiltInstance& instanc
 
 }  // namespace
 
-/// Of the lights of these sources, with the watts of each light.
+/// Of the lights of these sources, with the watts of each entry.
 LightChooser LightSet::Data::make_chooser(const std::vector<Source>& sources, const std::vector<double>& watts,
                                           bool has_media) const {
   LightChooser chooser;
@@ -127,18 +127,20 @@ LightChooser LightSet::Data::make_chooser(const std::vector<Source>& sources, co
   const double disk = M_PI * double(scene_radius) * double(scene_radius);
   for (const Source& s : sources) {
     if (!(s.chosen > 0.0)) continue;
-    if (is_environment(s.first)) {
-      chooser.distant.push_back({s.first, float(s.chosen * watts[s.first] / disk / 4.0), Vec3(0.0f), 1.0f, 0.0f});
-    } else if (is_lamp(s.first) && is_distant(lamps[s.first].type)) {
-      const Light& sun = lamps[s.first];
+    if (is_environment(s.light)) {
+      chooser.distant.push_back({s.light, float(s.chosen * watts[s.first] / disk / 4.0), Vec3(0.0f), 1.0f, 0.0f});
+    } else if (is_lamp(s.light) && is_distant(lamps[s.light].type)) {
+      const Light& sun = lamps[s.light];
       const float cosine = 1.0f / std::sqrt(1.0f + sqr(sun.radius));
-      chooser.distant.push_back({s.first, float(watts[s.first] / disk), -sun.frame.n, cosine, sun.radius * cosine});
-    } else if (is_lamp(s.first)) {
-      entries.push_back({s.first, lamp_bounds(lamps[s.first], float(watts[s.first]))});
+      chooser.distant.push_back({s.light, float(watts[s.first] / disk), -sun.frame.n, cosine, sun.radius * cosine});
+    } else if (is_lamp(s.light)) {
+      entries.push_back({s.first, lamp_bounds(lamps[s.light], float(watts[s.first]))});
       let_grow(entries.back().bounds, s.growth, kFar * scene_radius);
+    } else if (s.shared >= 0) {
+      const BuiltInstance& instance = instances[block_of(s.light).instance];
+      entries.push_back({s.first, clusters.bounds_of(s.shared, instance, float(watts[s.first]))});
     } else {
-      const TriangleBlock& block = block_of(s.first);
-      const BuiltInstance& instance = instances[block.instance];
+      const BuiltInstance& instance = instances[block_of(s.light).instance];
       const size_t start = entries.size();
       entries.resize(start + s.count);
       tbb::parallel_for(tbb::blocked_range<uint32_t>(0, s.count, 4096), [&](const tbb::blocked_range<uint32_t>& range) {
@@ -160,15 +162,16 @@ LightChooser LightSet::Data::make_chooser(const std::vector<Source>& sources, co
              is_finite(e.bounds.upper));
   });
   const size_t count = entries.size() + chooser.distant.size();
-  if (has_media && count > 1 && count <= kMaxLightsForEven) {
+  if (has_media && count > 1 && count <= kMaxLightsForEven && clusters.empty()) {
     for (const LightTree::Entry& e : entries) chooser.even.push_back(e.light);
     for (const LightChooser::DistantLight& l : chooser.distant) chooser.even.push_back(l.light);
   }
   chooser.tree = LightTree(std::move(entries), uint32_t(watts.size()));
+  if (!clusters.empty()) chooser.clusters = &clusters;
   return chooser;
 }
 
-/// `inside`: power of each light relative to the others of its source.
+/// `inside`: power of each entry relative to the others of its source.
 void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::vector<double>& inside,
                                  bool has_media) {
   double total = 0.0;
@@ -190,7 +193,7 @@ void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::
     std::vector<bool> lit;
     std::vector<Source> of_set;
     for (const Source& s : sources) {
-      lit.push_back(lights_set(receivers_of(s.first), set));
+      lit.push_back(lights_set(receivers_of(s.light), set));
       if (lit.back()) of_set.push_back(s);
     }
     const auto [found, is_new] = known.emplace(std::move(lit), uint8_t(linked.size()));
@@ -211,13 +214,13 @@ LightSet::LightSet(const LightBuildInput& in, Diagnostics& diagnostics) : LightS
   std::vector<Data::Source> sources;
   d.add_lamps(in, diagnostics, sources);
   std::vector<double> weights(d.lamps.size(), 1.0);
+  d.size = uint32_t(d.lamps.size());
   d.add_triangles(in, diagnostics, sources, weights);
   d.add_environment(in, diagnostics, sources, weights);
   if (sources.empty()) {
     *data_ = Data();
     return;
   }
-  d.size = uint32_t(weights.size());
   d.make_tables(sources, weights, in.has_media);
 }
 

@@ -9,6 +9,7 @@
 
 #include "lights/environment.h"
 #include "lights/lamp.h"
+#include "lights/light_clusters.h"
 #include "lights/light_set.h"
 #include "lights/light_tree.h"
 #include "lights/triangle_light.h"
@@ -29,10 +30,12 @@ inline double luminous(Color c) { return luminance(glm::abs(c)); }
 
 /// A lamp, an emissive instance or the environment, for the tables of choice.
 struct LightSource {
-  uint32_t first, count;
-  double power;         // 0: may emit although the estimate found nothing
-  double chosen = 1.0;  // fraction of the power that counts for the choice
-  int growth = 0;       // power of the distance with which it grows; `power` is that at kFar
+  uint32_t light;         // the first of its lights
+  uint32_t first, count;  // of its entries (light_clusters.h)
+  double power;           // 0: may emit although the estimate found nothing
+  double chosen = 1.0;    // fraction of the power that counts for the choice
+  int growth = 0;         // power of the distance with which it grows; `power` is that at kFar
+  int shared = -1;        // of a cluster: what it shares with other instances
 };
 
 /// The choice among some lights by estimated irradiance.
@@ -56,14 +59,32 @@ struct LightChooser {
     }
   };
 
-  LightTree tree;  // of the local lights
+  LightTree tree;                           // of the entries of local lights
+  const LightClusters* clusters = nullptr;  // null: each light is an entry
   std::vector<DistantLight> distant;
   // lights with an additional uniform probability; empty without media or with many lights
   std::vector<uint32_t> even;
 
   bool can_choose(uint32_t index) const {
-    return tree.contains(index) ||
+    return contains(index) ||
            std::any_of(distant.begin(), distant.end(), [&](const DistantLight& l) { return l.light == index; });
+  }
+  bool contains(uint32_t light) const { return tree.contains(clusters ? clusters->entry_of(light) : light); }
+  uint32_t leaf_of(uint32_t light) const { return tree.leaf_of(clusters ? clusters->entry_of(light) : light); }
+  /// The choice of a light below a node of the tree.
+  [[gnu::always_inline]] Choice choose_below(uint32_t node, Vec3 p, Vec3 n, float u) const {
+    const LightTree::Choice entry = tree.choose_below(node, p, n, u);
+    if (clusters && entry.pmf > 0.0f) [[unlikely]] {
+      const LightClusters::Choice inside = clusters->choose(entry.light, p, n, entry.u_remapped);
+      return {inside.light, entry.pmf * inside.pmf, inside.u_remapped};
+    }
+    return {entry.light, entry.pmf, entry.u_remapped};
+  }
+  float pmf_below(uint32_t node, Vec3 p, Vec3 n, uint32_t light) const {
+    if (!clusters) [[likely]]
+      return tree.pmf_below(node, p, n, light);
+    const float entry = tree.pmf_below(node, p, n, clusters->entry_of(light));
+    return entry > 0.0f ? entry * clusters->pmf(light, p, n) : 0.0f;
   }
   /// Sum of the importances of distant lights.
   float distant_importance(Vec3 n) const {
@@ -105,15 +126,16 @@ struct LightChooser {
       u = std::min((u - share) / (1.0f - share), kOneMinusEpsilon);
     }
     if (tree.empty()) return {0, 0.0f, u};
-    const LightTree::Choice choice = tree.choose(p, n, u);
-    return {choice.light, (1.0f - share) * choice.pmf, choice.u_remapped};
+    Choice choice = choose_below(0, p, n, u);
+    choice.pmf *= 1.0f - share;
+    return choice;
   }
   float pmf_by_estimate(Vec3 p, Vec3 n, uint32_t light) const {
-    if (distant.empty()) return tree.pmf(p, n, light);
+    if (distant.empty()) return pmf_below(0, p, n, light);
     const float sum = distant_importance(n), share = distant_share(p, n, sum);
     for (const DistantLight& l : distant)
       if (l.light == light) return share * (l.importance(n) / sum);
-    return (1.0f - share) * tree.pmf(p, n, light);
+    return (1.0f - share) * pmf_below(0, p, n, light);
   }
 };
 
@@ -149,7 +171,8 @@ struct LightSet::Data {
   std::vector<uint32_t> distant_disks;
   Vec3 scene_center{0.0f};
   float scene_radius = 1.0f;
-  DiscreteDistribution by_power;
+  LightClusters clusters;
+  DiscreteDistribution by_power;     // of the entries
   LightChooser all;                  // of all lights
   std::vector<LightChooser> linked;  // of the lights of some receiver sets
   std::vector<uint8_t> linked_of;  // for each receiver set, index into `linked`; empty if all lights light all objects
@@ -173,9 +196,11 @@ struct LightSet::Data {
   bool is_environment(uint32_t index) const { return int(index) == environment_index; }
 
   double mean_factor(const Light& lamp, float distance) const;
+  static void find_clusters(const LightBuildInput& in, std::vector<Pending>& blocks);
   std::vector<Pending> gather_blocks(const LightBuildInput& in, Diagnostics& diagnostics) const;
   void find_luminances(const LightBuildInput& in, std::vector<Pending>& blocks) const;
-  void rate(const LightBuildInput& in, std::vector<Pending>& blocks) const;
+  void rate(const LightBuildInput& in, std::vector<Pending>& blocks);
+  void rate_triangles(const LightBuildInput& in, const BuiltInstance& instance, Pending& pending) const;
   int growth_of(const TriangleBlock& block, const LightBuildInput& in) const;
   void add_lamps(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources);
   void add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,

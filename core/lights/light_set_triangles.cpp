@@ -18,6 +18,8 @@ constexpr float kTriangleFloor = 0.05f;
 /// With more triangles of varying emission than this in the scene, each is rated by its centre alone.
 constexpr size_t kManyVarying = 20000;
 constexpr uint32_t kChunk = 1024;  ///< triangles in a task
+/// With at least so many triangles in all its instances, a mesh that emits alike in all of them is a cluster in each.
+constexpr size_t kClusteredTriangles = size_t(1) << 18;
 
 }  // namespace
 
@@ -30,6 +32,8 @@ struct LightSet::Data::Pending {
   double total = 0.0;     ///< without what is added to triangles of varying emission
   bool may_emit = false;  ///< some power, or a program that can emit
   int growth = 0;
+  int leader = -1;  ///< of instances that are clusters of the same mesh: the first one of them
+  int shared = -1;  ///< LightClusters::Shared
 };
 
 std::vector<LightSet::Data::Pending> LightSet::Data::gather_blocks(const LightBuildInput& in,
@@ -133,31 +137,77 @@ void LightSet::Data::find_luminances(const LightBuildInput& in, std::vector<Pend
   });
 }
 
+/// Finds meshes with so many instances that these become clusters: they emit alike, and they do not move.
+void LightSet::Data::find_clusters(const LightBuildInput& in, std::vector<Pending>& blocks) {
+  std::map<std::pair<uint32_t, std::vector<const ShaderProgram*>>, std::vector<int>> alike;
+  for (size_t i = 0; i < blocks.size(); ++i) {
+    const BuiltInstance& instance = in.instances[blocks[i].block.instance];
+    if (blocks[i].grows || ajar::moves(in.meshes[instance.mesh], instance)) continue;
+    std::vector<const ShaderProgram*> programs;
+    bool shares = true;
+    for (const SlotEmission& slot : blocks[i].block.slots) {
+      programs.push_back(slot.program);
+      shares &= !slot.program || slot.constant || slot.program->emission_depends_on_mesh_alone();
+    }
+    if (shares) alike[{instance.mesh, std::move(programs)}].push_back(int(i));
+  }
+  for (const auto& [key, instances] : alike) {
+    if (instances.size() < 2) continue;
+    if (instances.size() * size_t(blocks[size_t(instances[0])].block.count) < kClusteredTriangles) continue;
+    for (const int i : instances) blocks[size_t(i)].leader = instances[0];
+  }
+}
+
 /// Watts of every triangle, both sides. Where the emission varies, a fraction of the mean is added.
-void LightSet::Data::rate(const LightBuildInput& in, std::vector<Pending>& blocks) const {
+void LightSet::Data::rate_triangles(const LightBuildInput& in, const BuiltInstance& instance, Pending& pending) const {
+  std::vector<float> areas(pending.constant ? 0 : pending.block.count, 0.0f);
+  pending.power.resize(pending.block.count);
+  double area = 0.0;
+  for (uint32_t t = 0; t < pending.block.count; ++t) {
+    const SlotEmission& emission = emission_of(pending.block, t);
+    if (!emission.program) continue;
+    const float a = world_triangle(in.meshes[instance.mesh], instance, t, kMidShutter).area;
+    const double watts = 2.0 * M_PI * double(a) *
+                         (emission.constant ? luminous(emission.radiance) : double((*pending.luminances)[t]));
+    pending.total += pending.power[t] = std::isfinite(watts) ? watts : 0.0;
+    if (!emission.constant && std::isfinite(a)) area += double(areas[t] = a);
+  }
+  pending.may_emit = pending.total > 0.0;
+  if (!(area > 0.0)) return;
+  pending.may_emit = true;
+  const double floor = pending.total > 0.0 ? double(kTriangleFloor) * pending.total / area : 1.0;
+  for (uint32_t t = 0; t < pending.block.count; ++t) pending.power[t] += floor * double(areas[t]);
+}
+
+/// The power of all blocks. The triangles of clusters are rated once, in object space.
+void LightSet::Data::rate(const LightBuildInput& in, std::vector<Pending>& blocks) {
+  find_clusters(in, blocks);
   find_luminances(in, blocks);
   tbb::parallel_for(size_t(0), blocks.size(), [&](size_t i) {
     Pending& pending = blocks[i];
     const BuiltInstance& instance = in.instances[pending.block.instance];
-    std::vector<float> areas(pending.constant ? 0 : pending.block.count, 0.0f);
-    pending.power.resize(pending.block.count);
-    double area = 0.0;
-    for (uint32_t t = 0; t < pending.block.count; ++t) {
-      const SlotEmission& emission = emission_of(pending.block, t);
-      if (!emission.program) continue;
-      const float a = world_triangle(in.meshes[instance.mesh], instance, t, kMidShutter).area;
-      const double watts = 2.0 * M_PI * double(a) *
-                           (emission.constant ? luminous(emission.radiance) : double((*pending.luminances)[t]));
-      pending.total += pending.power[t] = std::isfinite(watts) ? watts : 0.0;
-      if (!emission.constant && std::isfinite(a)) area += double(areas[t] = a);
-    }
-    pending.may_emit = pending.total > 0.0;
-    if (!(area > 0.0)) return;
-    pending.may_emit = true;
-    const double floor = pending.total > 0.0 ? double(kTriangleFloor) * pending.total / area : 1.0;
-    for (uint32_t t = 0; t < pending.block.count; ++t) pending.power[t] += floor * double(areas[t]);
+    if (pending.leader >= 0 && size_t(pending.leader) != i) return;
+    rate_triangles(in, pending.leader >= 0 ? in_object_space(instance) : instance, pending);
     if (pending.grows) pending.growth = growth_of(pending.block, in);
   });
+  std::vector<double> totals(blocks.size(), 0.0);  // in object space
+  for (size_t i = 0; i < blocks.size(); ++i) {
+    Pending& pending = blocks[i];
+    if (size_t(pending.leader) != i) continue;
+    const BuiltInstance& instance = in.instances[pending.block.instance];
+    if (pending.may_emit) pending.shared = clusters.share(in.meshes[instance.mesh], instance, pending.power);
+    totals[i] = pending.total;
+    pending.power.clear();
+  }
+  for (Pending& pending : blocks) {
+    if (pending.leader < 0) continue;
+    const size_t leader = size_t(pending.leader);
+    pending.shared = blocks[leader].shared;
+    pending.may_emit = pending.shared >= 0;
+    // Areas grow with the square of the scale; of an uneven scale, with that of its mean.
+    const Mat3 m(in.instances[pending.block.instance].world_from_object);
+    pending.total = totals[leader] * std::pow(std::abs(double(glm::determinant(m))), 2.0 / 3.0);
+  }
 }
 
 void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
@@ -167,15 +217,22 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
   for (Pending& p : pending) {
     if (!p.may_emit) continue;
     BuiltInstance& instance = in.instances[p.block.instance];
-    p.block.first = instance.first_light = uint32_t(weights.size());
-    weights.insert(weights.end(), p.power.begin(), p.power.end());
+    p.block.first = instance.first_light = size;
+    const uint32_t first_entry = uint32_t(weights.size());
+    if (p.shared >= 0)
+      weights.push_back(1.0);
+    else
+      weights.insert(weights.end(), p.power.begin(), p.power.end());
+    if (!clusters.empty()) clusters.add(size, p.block.count, instance, p.shared);
+    size += p.block.count;
     const LightLinks& links = in.objects[instance.object].links;
     p.block.receivers = links.receivers;
     p.block.blockers = blockers_of(links);
     any_without_walks |= p.block.blockers != kVisibleShadow;
     any_linked |= p.block.receivers != kAllReceivers;
     any_partial |= LightFlags{LightType::Triangle, instance.visibility}.partial() || p.block.blockers != kVisibleShadow;
-    sources.push_back({p.block.first, p.block.count, p.total, 1.0, p.growth});
+    sources.push_back(
+        {p.block.first, first_entry, uint32_t(weights.size()) - first_entry, p.total, 1.0, p.growth, p.shared});
     blocks.push_back(std::move(p.block));
   }
 }

@@ -1,9 +1,11 @@
-// Random numbers of one path: Owen-scrambled Sobol points padded in pairs, or independent numbers, behind one
-// interface.
+// Random numbers of one path: Owen-scrambled Sobol points padded in pairs and triples, or independent numbers, behind
+// one interface.
 //
 // Each pair of dimensions is the two-dimensional Sobol sequence. Its index is shuffled, and its points are scrambled by
 // a nested uniform (Owen) scramble. Both depend on the pixel and the dimension, so pixels and pairs are decorrelated,
-// and every pair stays a (0,2)-sequence over the samples of a pixel.
+// and every pair stays a (0,2)-sequence over the samples of a pixel. Triples are for a choice (of a lobe or a light) and
+// the point that is then sampled: with a pair and a single number instead, each of the choices would get a random subset
+// of the points, which is not stratified.
 // Source: Burley 2020, "Practical Hash-based Owen Scrambling". The hash of the scramble is that of Laine and Karras
 // 2011 with Vegdahl's constants.
 #pragma once
@@ -52,6 +54,31 @@ inline uint32_t second_dimension_reversed(uint32_t x) {
   return x;
 }
 
+/// Third Sobol dimension of `index`, bit-reversed. Its columns are those of Joe and Kuo 2008: the primitive polynomial
+/// x^2 + x + 1 and the initial numbers 1 and 3.
+class ThirdDimension {
+ public:
+  constexpr ThirdDimension() {
+    uint32_t numbers[32] = {1, 3};
+    for (int k = 2; k < 32; ++k) numbers[k] = numbers[k - 1] << 1 ^ numbers[k - 2] << 2 ^ numbers[k - 2];
+    uint32_t columns[32] = {};  // bit-reversed: number k has k + 1 bits, of which the highest comes first
+    for (int k = 0; k < 32; ++k)
+      for (int bit = 0; bit <= k; ++bit) columns[k] |= (numbers[k] >> (k - bit) & 1U) << bit;
+    for (int byte = 0; byte < 4; ++byte)
+      for (int value = 0; value < 256; ++value)
+        for (int bit = 0; bit < 8; ++bit)
+          if (value >> bit & 1) table_[byte][value] ^= columns[8 * byte + bit];
+  }
+  uint32_t operator()(uint32_t index) const {
+    return table_[0][index & 255U] ^ table_[1][index >> 8 & 255U] ^ table_[2][index >> 16 & 255U] ^
+           table_[3][index >> 24];
+  }
+
+ private:
+  uint32_t table_[4][256] = {};
+};
+inline constexpr ThirdDimension third_dimension_reversed;
+
 }  // namespace sobol
 
 class Sampler {
@@ -99,6 +126,24 @@ class Sampler {
     const uint32_t y = sobol::laine_karras_permutation(sobol::second_dimension_reversed(shuffled), seed_y);
     const uint64_t both = sobol::reverse_bits_64(uint64_t(y) << 32 | x);
     return {to_unit_float(uint32_t(both >> 32)), to_unit_float(uint32_t(both))};
+  }
+
+  /// Three numbers that are stratified together: the first two as those of get_2d, and a third one, for a choice that
+  /// decides what the others mean.
+  Vec3 get_3d() {
+    if (kind_ == Kind::Independent) {
+      const float z = rng_.next_float(), x = rng_.next_float();
+      return {x, rng_.next_float(), z};
+    }
+    const uint32_t seed = hash32(unit_seed_ ^ (dimension_ * 0x9e3779b9U));
+    dimension_ += 3;
+    const uint32_t shuffled = sobol::reverse_bits(sobol::laine_karras_permutation(index_reversed_, seed));
+    const uint32_t seed_x = hash32(seed), seed_y = hash32(seed_x), seed_z = hash32(seed_y);
+    const uint32_t x = sobol::laine_karras_permutation(shuffled, seed_x);
+    const uint32_t y = sobol::laine_karras_permutation(sobol::second_dimension_reversed(shuffled), seed_y);
+    const uint32_t z = sobol::laine_karras_permutation(sobol::third_dimension_reversed(shuffled), seed_z);
+    const uint64_t both = sobol::reverse_bits_64(uint64_t(y) << 32 | x);
+    return {to_unit_float(uint32_t(both >> 32)), to_unit_float(uint32_t(both)), to_unit_float(sobol::reverse_bits(z))};
   }
 
  private:

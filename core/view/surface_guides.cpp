@@ -15,9 +15,8 @@ constexpr int kMaxSurfaces = 64;  ///< on a path, those that only enclose a volu
 bool go_on(EyeWalk& walk, Sampler& sampler, int vertex) {
   const uint32_t base = D::kCamera + D::kVertex * uint32_t(vertex);
   sampler.set_dimension(base + D::kLobe);
-  const float u_lobe = sampler.get_1d();
-  sampler.set_dimension(base + D::kDirection);
-  const auto sample = walk.shading.bsdf.sample(walk.point.wo, u_lobe, sampler.get_2d());
+  const Vec3 u = sampler.get_3d();
+  const auto sample = walk.shading.bsdf.sample(walk.point.wo, u.z, Vec2(u));
   if (!sample || !(sample->pdf_solid_angle > 0.0f)) return false;
   if (sample->flags & kTransparent) return walk.pass_portal(*sample);
   count_bounce(*sample, walk.point, walk.point);

@@ -276,8 +276,9 @@ Color BidirectionalWalks::emitted_in_media(const Ray& ray, float t_end, const Pa
 /// The direction in which a walk goes on. Walks from lights may follow hints.
 std::optional<BsdfSample> BidirectionalWalks::sample_bounce(const PathVertex& vertex, TransportMode mode,
                                                             Sampler& sampler) const {
-  float u_lobe = sampler.get_1d();
-  const Vec2 u = sampler.get_2d();
+  const Vec3 numbers = sampler.get_3d();
+  float u_lobe = numbers.z;
+  const Vec2 u(numbers);
   if (vertex.kind == VertexKind::Medium) return sample_direction(vertex, vertex.point.wo, u_lobe, u);
   if (mode == TransportMode::Importance && guide && vertex.connectable())
     if (const auto along = guide->direction_at(vertex.position(), u_lobe, u)) return drawn_by_hint(vertex, *along);

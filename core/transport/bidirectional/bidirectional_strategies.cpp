@@ -164,9 +164,9 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   if (!b.connectable()) return;
   if ((only_strategy >= 0 && only_strategy != 1) || leaves_class(t)) return;
   sampler.set_dimension(kConnectionDimensions + 4 * uint32_t(t));
-  const Vec2 u = sampler.get_2d();
+  const Vec3 u = sampler.get_3d();
   PathVertex& light = sampled_lights_[size_t(t)];
-  if (!sample_light(scene_, b, sampler.get_1d(), u, light)) return;
+  if (!sample_light(scene_, b, u.z, Vec2(u), light)) return;
   if (is_limited(light, t - 2)) return;
   if (leaves_out(t, true) && sends_photons(scene_, light)) return;
   PathEdge edge = join(light, b);

@@ -173,10 +173,9 @@ class DirectTracer {
   }
 
   std::optional<BsdfSample> sample_bounce() {
-    const float u_lobe = sampler_.get_1d();
-    const Vec2 u = sampler_.get_2d();
-    return vertex_.kind == VertexKind::Surface ? vertex_.shading.bsdf.sample(vertex_.point.wo, u_lobe, u)
-                                               : sample_direction(vertex_, vertex_.point.wo, u_lobe, u);
+    const Vec3 u = sampler_.get_3d();
+    return vertex_.kind == VertexKind::Surface ? vertex_.shading.bsdf.sample(vertex_.point.wo, u.z, Vec2(u))
+                                               : sample_direction(vertex_, vertex_.point.wo, u.z, Vec2(u));
   }
 
   /// The walk hit a light, which is in light_, after `bounces` vertices.
@@ -211,8 +210,8 @@ class DirectTracer {
 
   /// Samples a light at vertex_, the vertex number `i`.
   void look_for_light(Color beta, int i, PathPasses first) {
-    const Vec2 u = sampler_.get_2d();
-    if (!sample_light(scene_, vertex_, sampler_.get_1d(), u, light_)) return;
+    const Vec3 u = sampler_.get_3d();
+    if (!sample_light(scene_, vertex_, u.z, Vec2(u), light_)) return;
     if (is_past_bounces(scene_, light_, vertex_.point.ray_depth)) return;
     PathEdge edge = join(light_, vertex_);
     const LightEnd end = light_end(scene_, light_, vertex_, edge, nullptr);

@@ -9,7 +9,7 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kFirstDimension = 4, kVertexDimensions = 4, kLobe = 0, kDirection = 1, kRoulette = 3;
+constexpr uint32_t kFirstDimension = 4, kVertexDimensions = 4, kLobe = 0, kRoulette = 3;
 
 bool goes_on(const Lobe& lobe) { return lobe.is_delta() || lobe.kind == LobeKind::Transparent; }
 
@@ -66,9 +66,8 @@ Color follow(const Scene& scene, const Walk& walk, SpecularBranches<Walk>& branc
     }
     const uint32_t base = kFirstDimension + kVertexDimensions * vertex;
     sampler.set_dimension(base + kLobe);
-    const float u_lobe = sampler.get_1d();
-    sampler.set_dimension(base + kDirection);
-    const auto sample = specular->sample(point.wo, u_lobe, sampler.get_2d());
+    const Vec3 u = sampler.get_3d();
+    const auto sample = specular->sample(point.wo, u.z, Vec2(u));
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) return radiance;
     if (sample->flags & kTransparent) {
       beta *= sample->f_cos / sample->pdf_solid_angle;

@@ -68,8 +68,9 @@ inline DirectVertex vertex_of(DirectVertex here, const ShadingPoint& point, cons
 /// point.
 constexpr uint32_t kDirectDimensions = 3;
 
-/// With fewer lights, the random number that chooses a light is used again for the point on it. So points that are
-/// stratified together stay stratified on each light. With more lights, too few bits would remain.
+/// In the estimators with learned shares: with fewer lights, the random number that chooses a light is used again for
+/// the point on it. So points that are stratified together stay stratified on each light. With more lights, too few bits
+/// would remain.
 constexpr size_t kFewLights = 64;
 
 /// One sample of one light, weighted against the BSDF's density of the same direction, with light beyond the shadow
@@ -119,14 +120,10 @@ inline Color estimate_direct(const Context& c, float u_choice, Vec2 u, uint64_t&
 template <bool kOnlyBeyond = false, class Context>
 inline Color estimate_direct(const Context& c, Sampler& sampler, uint32_t first, uint64_t& rays) {
   const LightSet& lights = c.scene.lights();
-  sampler.set_dimension(first + 1);
-  const Vec2 u = sampler.get_2d();
-  if (lights.size() < kFewLights) {
-    const auto choice = lights.choose(c.point.position, c.bsdf.receiving_normal(), u.x, receiver_set(c.point));
-    return estimate_direct<kOnlyBeyond>(c, choice, Vec2(choice.u_remapped, u.y), rays);
-  }
   sampler.set_dimension(first);
-  return estimate_direct<kOnlyBeyond>(c, sampler.get_1d(), u, rays);
+  if (lights.size() == 1) return estimate_direct<kOnlyBeyond>(c, 0.0f, sampler.get_2d(), rays);
+  const Vec3 u = sampler.get_3d();
+  return estimate_direct<kOnlyBeyond>(c, u.z, Vec2(u), rays);
 }
 
 /// The default method: one sample of one light and the path's own BSDF sample, weighted by the power heuristic

@@ -12,7 +12,7 @@ namespace ajar {
 /// Dimensions of the path tracer's sampler: those of the camera, then a fixed number for each vertex, at these offsets.
 struct PathDimensions {
   static constexpr uint32_t kTime = 4, kCamera = 6, kVertex = 8;
-  static constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kGuide = 7;
+  static constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kRoulette = 6, kGuide = 7;
   static constexpr uint32_t kEnter = 8192;  ///< plus the vertex: whether light enters the subsurface
   static constexpr uint32_t kScatter = 12288, kStretch = 2 + kMediumLightDimensions;  ///< for each segment in media
 };

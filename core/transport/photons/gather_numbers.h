@@ -17,9 +17,9 @@ struct GatherNumbers {
   Vec2 direction;
   GatherNumbers(Sampler& sampler, uint32_t first, bool guided) {
     sampler.set_dimension(first);
-    lobe = sampler.get_1d();
-    sampler.set_dimension(first + 1);
-    direction = sampler.get_2d();
+    const Vec3 u = sampler.get_3d();
+    lobe = u.z;
+    direction = Vec2(u);
     if (!guided) return;
     sampler.set_dimension(first + 3);
     guide = sampler.get_1d();

@@ -71,9 +71,9 @@ Color PhotonGatherer::direct_light(const ShadingPoint& point, const Bsdf& bsdf, 
 Color PhotonGatherer::partial_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
                                     uint32_t dimension) {
   sampler.set_dimension(dimension);
-  const float u_choice = sampler.get_1d();
-  const Vec2 u = sampler.get_2d();
-  const LightSet::Choice choice = scene_.lights().choose(point.position, bsdf.receiving_normal(), u_choice,
+  const Vec3 numbers = sampler.get_3d();
+  const Vec2 u(numbers);
+  const LightSet::Choice choice = scene_.lights().choose(point.position, bsdf.receiving_normal(), numbers.z,
                                                          receiver_set(point));
   if (!(choice.pmf > 0.0f) || !scene_.lights().flags(choice.light).partial()) return Color(0.0f);
   const DirectLightContext context{scene_, point, bsdf};
@@ -95,8 +95,8 @@ bool PhotonGatherer::below_surface(EyeWalk& walk, Numbers numbers, Color& beta) 
 
 std::optional<BsdfSample> PhotonGatherer::sample_sharp(const Bsdf& sharp, Vec3 wo, Numbers numbers) {
   numbers.sampler.set_dimension(numbers.dimension);
-  const float u_lobe = numbers.sampler.get_1d();
-  return sharp.sample(wo, u_lobe, numbers.sampler.get_2d());
+  const Vec3 u = numbers.sampler.get_3d();
+  return sharp.sample(wo, u.z, Vec2(u));
 }
 
 Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) {
@@ -406,8 +406,8 @@ bool PhotonGatherer::find_rough(Ray ray, ShadingPoint& point, SurfaceShading& sh
     const LobeSplit split(shading.bsdf, point.wo, on_strand_or_point(point));
     if (split.rough()) return true;
     if (!split.sharp()) return false;
-    const float u_lobe = sampler_.get_1d();
-    const auto sample = split.sharp()->sample(point.wo, u_lobe, sampler_.get_2d());
+    const Vec3 u = sampler_.get_3d();
+    const auto sample = split.sharp()->sample(point.wo, u.z, Vec2(u));
     if (!sample) return false;
     if (!(sample->flags & kTransparent)) count_bounce(*sample, point, walk.point);
     walk.leave_along(sample->wi);
@@ -421,8 +421,8 @@ bool PhotonGatherer::probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gat
   sampler_.set_dimension(kCameraDimensions);
   if (!find_rough(ray, point, shading)) return false;
   seen = {point.position, pack_direction(point.ng)};
-  const float u_lobe = sampler_.get_1d();
-  const auto sample = LobeSplit(shading.bsdf, point.wo).rough()->sample(point.wo, u_lobe, sampler_.get_2d());
+  const Vec3 u = sampler_.get_3d();
+  const auto sample = LobeSplit(shading.bsdf, point.wo).rough()->sample(point.wo, u.z, Vec2(u));
   if (!sample) return false;
   count_bounce(*sample, point, point);
   if (!find_rough(scene_.spawn_ray(point, sample->wi), point, shading)) return false;

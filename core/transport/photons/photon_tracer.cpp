@@ -299,8 +299,8 @@ class BlockTracer {
     if (scatters) {
       if (!at.scatters()) return InMedia::End;
       const PhaseFunction phase(at);
-      const float u_lobe = sampler_.get_1d();
-      direction = phase.sample(ray.direction, u_lobe, sampler_.get_2d());
+      const Vec3 u = sampler_.get_3d();
+      direction = phase.sample(ray.direction, u.z, Vec2(u));
       const float cosine = glm::dot(ray.direction, direction);
       if (from_light) after *= faded_at(ray.travelled + t);
       after *= at.scattering * phase.evaluate(cosine) / (stretch.rate * phase.pdf_solid_angle(cosine));
@@ -353,8 +353,9 @@ class BlockTracer {
     float probability = 1.0f;
     bool rough = split.rough() != nullptr;
     float u_event = sampler_.get_1d();
-    const float u_lobe = sampler_.get_1d();
-    const Vec2 u_direction = sampler_.get_2d();
+    const Vec3 numbers = sampler_.get_3d();
+    const float u_lobe = numbers.z;
+    const Vec2 u_direction(numbers);
     const LightWalkGuide* guide = rough ? emission_.guide : nullptr;
     const float along_hints = guide ? guide->share_at(point.position) : 0.0f;
     const std::optional<Vec3> along = guide ? guide->direction_at(point.position, u_event, u_direction) : std::nullopt;

@@ -2,6 +2,7 @@
 // Scenes that differ only in their units give the same image.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -427,10 +428,18 @@ TEST_P(UnitsTest, give_the_same_image) {
   const std::vector<float> plain = picture(technique, in_units({"plain", 1.0f, 1.0f})),
                            image = picture(technique, in_units(units), 1, &refused);
   EXPECT_EQ(refused, 0u);
-  EXPECT_NEAR(mean(image) / double(units.watts), mean(plain), 0.01 * mean(plain));
-  // If one ray passes an edge on the other side, the rest of a chain is different.
+  // If one ray passes an edge on the other side, the rest of a chain is different. This happens with few seeds.
   const std::set<std::string> of_chains{"mps", "metropolis", "erpt", "pmc_pt"};
-  if (of_chains.count(technique.integrator)) return;
+  if (of_chains.count(technique.integrator)) {
+    std::vector<double> ratios{mean(image) / (double(units.watts) * mean(plain))};
+    for (uint32_t seed = 2; seed < 6; ++seed)
+      ratios.push_back(mean(picture(technique, in_units(units), seed)) /
+                       (double(units.watts) * mean(picture(technique, in_units({"plain", 1.0f, 1.0f}), seed))));
+    std::sort(ratios.begin(), ratios.end());
+    EXPECT_NEAR(ratios[2], 1.0, 0.01);
+    return;
+  }
+  EXPECT_NEAR(mean(image) / double(units.watts), mean(plain), 0.01 * mean(plain));
   double difference = 0.0;
   for (size_t i = 0; i < image.size(); ++i)
     if (i % 4 != 3) difference += std::abs(double(image[i]) / double(units.watts) - double(plain[i]));

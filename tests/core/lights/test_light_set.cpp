@@ -327,8 +327,8 @@ TEST(LightSet, irradiance_agrees_with_closed_forms) {
   for (const float angle : {0.0f, 0.01f, 1.0f, 2.5f, 3.055f, kPi})
     EXPECT_TRUE(mean_agrees(e(even_sun({0, 0, -1}, angle)), 3.0, level, 1e-4)) << angle;
   for (const float tilt : {0.5f, 1.4f, 2.0f})
-    EXPECT_TRUE(mean_agrees(e(even_sun({std::sin(tilt), 0, -std::cos(tilt)}, kPi)), 1.5 * (1.0 + std::cos(tilt)), level,
-                            1e-3))
+    EXPECT_TRUE(
+        mean_agrees(e(even_sun({std::sin(tilt), 0, -std::cos(tilt)}, kPi)), 1.5 * (1.0 + std::cos(tilt)), level, 1e-3))
         << tilt;
   SceneDescription d = dark();
   set_world(d, Color(0.3f));

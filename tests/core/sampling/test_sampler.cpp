@@ -48,6 +48,38 @@ TEST(Sampler, every_pair_is_a_02_sequence) {
         }
 }
 
+// A (1,3)-net: of 2^k points, every box of volume 2^(1 - k), in all shapes, contains exactly two. Its first two numbers
+// are a (0,2)-net.
+TEST(Sampler, every_triple_is_a_13_sequence) {
+  for (uint32_t seed : kSeeds)
+    for (uint32_t dimension : {0u, 3u, 100u})
+      for (int k = 1; k <= 10; ++k)
+        for (uint32_t block : {0u, 1u, 5u}) {
+          const uint32_t n = 1u << k;
+          Sampler sampler(Sampler::Kind::Sobol, seed);
+          std::vector<Vec3> points;
+          std::vector<Vec2> pairs;
+          for (uint32_t i = block * n; i < (block + 1) * n; ++i) {
+            sampler.start(640u * 480u, i);
+            sampler.set_dimension(dimension);
+            points.push_back(sampler.get_3d());
+            pairs.emplace_back(points.back());
+          }
+          EXPECT_TRUE(is_net(pairs, k));
+          for (int a = 0; a < k; ++a)
+            for (int b = 0; a + b < k; ++b) {
+              const int c = k - 1 - a - b;
+              std::vector<int> count(size_t(n / 2), 0);
+              for (Vec3 p : points)
+                ++count[(size_t(p.x * float(1 << a)) << b | size_t(p.y * float(1 << b))) << c |
+                        size_t(p.z * float(1 << c))];
+              EXPECT_EQ(std::count(count.begin(), count.end(), 2), n / 2)
+                  << "seed " << seed << " dimension " << dimension << " block " << block << " of 2^" << k << ", shape "
+                  << a << " " << b << " " << c;
+            }
+        }
+}
+
 TEST(Sampler, single_numbers_are_stratified) {
   for (uint32_t seed : kSeeds)
     for (uint32_t dimension : {0u, 1u, 7u})

@@ -117,7 +117,7 @@ TEST(VertexMerging, bounce_limits_apply_to_the_whole_path) {
     d.settings.bounces = bounces;
     SCOPED_TRACE("total " + std::to_string(bounces.total) + ", glossy " + std::to_string(bounces.glossy) +
                  ", diffuse " + std::to_string(bounces.diffuse));
-    expect_same(unconnectable_light(d, 16, 4, 500), 4);
+    expect_same(unconnectable_light(d, 16, 6, 500), 4);
   }
 }
 

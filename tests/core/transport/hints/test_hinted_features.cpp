@@ -119,7 +119,7 @@ struct DenoisedCase {
 class HintsDenoised : public ::testing::TestWithParam<DenoisedCase> {};
 INSTANTIATE_TEST_SUITE_P(By, HintsDenoised,
                          ::testing::Values(DenoisedCase{"bdpt", 16, 24, 0.02}, DenoisedCase{"metropolis", 24, 28, 0.04},
-                                           DenoisedCase{"photon_map", 6, 12, 0.05}),
+                                           DenoisedCase{"photon_map", 6, 16, 0.05}),
                          [](const auto& info) { return std::string(info.param.integrator); });
 
 TEST_P(HintsDenoised, move_no_mean) {

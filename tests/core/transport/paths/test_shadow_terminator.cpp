@@ -77,7 +77,7 @@ TEST(ShadowTerminator, a_convex_smooth_mesh_that_emits_does_not_light_itself) {
     for (const char* name : {"path", "bdpt"}) {
       SCOPED_TRACE(name);
       // `mean` divides by four channels. The parabola is not quite the curved surface of the normals: 0.2 % is left.
-      EXPECT_NEAR(mean(render(d, name, 64, 1)), 0.75, 0.004 * 0.75);
+      EXPECT_NEAR(mean(render(d, name, 1024, 1)), 0.75, 0.004 * 0.75);
     }
   }
 }
