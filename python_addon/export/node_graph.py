@@ -21,7 +21,6 @@ from .context import ExportContext, rows_3x4
 
 Value = tuple[float, float, float, float]
 ZERO: Value = (0.0, 0.0, 0.0, 0.0)
-TABLE_SIZE = 256
 LARGEST_IES = 1 << 24   # bytes; typical files have a few thousand
 # All other texture nodes use Generated coordinates by default.
 WITHOUT_GENERATED = {"ShaderNodeTexImage", "ShaderNodeTexEnvironment", "ShaderNodeTexWhiteNoise", "ShaderNodeTexIES"}
@@ -323,7 +322,8 @@ def _image(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Cont
 
 def _ramp(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
     ramp = node.color_ramp
-    numbers = [number for i in range(TABLE_SIZE) for number in ramp.evaluate(i / (TABLE_SIZE - 1))]
+    last = compat.last_of_tables()
+    numbers = [number for i in range(last + 1) for number in ramp.evaluate(i / last)]
     return [("ramp", numbers), ("ramp_interpolation", ramp.interpolation)]
 
 
@@ -334,8 +334,9 @@ def _curve(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Con
     places = [point.location[0] for curve in curves for point in curve.points]
     low, high = min(places), max(places)
     numbers: list[float] = []
-    for i in range(TABLE_SIZE):
-        t = low + (high - low) * i / (TABLE_SIZE - 1)
+    last = compat.last_of_tables()
+    for i in range(last + 1):
+        t = low + (high - low) * i / last
         if len(curves) == 4:                             # red, green, blue, combined
             t = mapping.evaluate(curves[3], t)
         axes = curves[:3] if len(curves) >= 3 else [curves[0]] * 3

@@ -1,5 +1,5 @@
-"""Light linking, shadow linking, shadow catchers, ray portals and attributes at the hits of Raycast, which Blender 3.4 has not or only in part, compared with
-Cycles of a newer Blender."""
+"""Light linking, shadow linking, shadow catchers, ray portals, attributes at the hits of Raycast, suns with extent and steep colour ramps, which Blender 3.4
+has not, only in part or in another form, compared with Cycles of a newer Blender."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import pytest
 
 
 # `make test` renders each script in one Blender, `make agreement` in both.
-SAMPLE = [("4.2.23", "linking_inside.py"), ("5.2.3", "portals_inside.py")]
-ALL = [*SAMPLE, ("5.2.3", "linking_inside.py"), ("4.2.23", "portals_inside.py")]
+SAMPLE = [("4.2.23", "linking_inside.py"), ("5.2.3", "portals_inside.py"), ("5.2.3", "suns_inside.py")]
+ALL = [*SAMPLE, ("5.2.3", "linking_inside.py"), ("4.2.23", "portals_inside.py"), ("4.2.23", "suns_inside.py")]
 
 
 @pytest.mark.parametrize("version, script", ALL if "AJAR_AGREEMENT" in os.environ else SAMPLE)
