@@ -18,6 +18,7 @@ sys.path.insert(0, str(BUILD / "python"))
 import ajar
 
 SCENE = os.path.join(os.path.dirname(__file__), "..", "..", "test_scenes", "box.blend")
+CHECKER = os.path.join(os.path.dirname(__file__), "..", "..", "test_scenes", "checker.blend")   # adaptive sampling clearly pays there
 STAND_IN = BUILD / "tests" / "core" / "ajar_stand_in_denoiser.so"   # for Open Image Denoise
 WINDOW = os.path.join(os.path.dirname(__file__), "window")
 pytestmark = pytest.mark.skipif(shutil.which("Xvfb") is None, reason="needs Xvfb (tools/setup.sh test)")
@@ -59,7 +60,7 @@ def progress(profile, display, tmp_path_factory):
     folder = tmp_path_factory.mktemp("progress")
     result = subprocess.run(
         [os.environ.get("BLENDER", "blender"), "--factory-startup", "--enable-event-simulate", "--window-geometry", "0", "0", "960", "600", "--addons", "ajar_render",
-         "--python", f"{WINDOW}/drive.py", "--", f"{WINDOW}/progress.py", folder / "result.json", folder, SCENE],
+         "--python", f"{WINDOW}/drive.py", "--", f"{WINDOW}/progress.py", folder / "result.json", folder, CHECKER],
         env=environment(profile) | {"DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=2 * TIMEOUT_SECONDS, check=False)
     assert result.returncode == 0, f"exit code {result.returncode}\n{result.stdout}"
     return json.loads((folder / "result.json").read_text()), folder, result.stdout
