@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Renders files of strangers by Ajar and Cycles in a newer Blender, as F12 does, and compares the images.
 
-    benchmarks/strangers.py LIST [--zip ZIP] [--wheel 5.2.3] [--samples 32] [--longest 256] [--only PART] [--write DOCS]
+    benchmarks/strangers.py LIST [--zip ZIP] [--wheel 5.2.3] [--samples 32] [--longest 256] [--only PART] [--write DOCS] [--sheets all|far]
 
 LIST has a path on each line, and after a tab where the file is from. Results are in build/strangers; files that have one are not rendered again unless
 --only names them. Prints a line for each file; --write writes a page with a table and sheets of images: Cycles, Ajar, and their difference.
@@ -152,7 +152,7 @@ def sheet(strips: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([np.concatenate(padded[i : i + 2], axis=1) for i in range(0, len(padded), 2)])
 
 
-def write_page(found: list[Comparison], docs: Path, samples: int, version: str, on_sheet: int = 12) -> None:
+def write_page(found: list[Comparison], docs: Path, samples: int, version: str, sheets: str, on_sheet: int = 12) -> None:
     docs.mkdir(parents=True, exist_ok=True)
     shown = [c for c in found if not c.failure]
     far = [c for c in found if c.is_far]
@@ -169,11 +169,13 @@ def write_page(found: list[Comparison], docs: Path, samples: int, version: str, 
               "seeds, without clamping, Filter Glossy and denoising. Values are limited to 0 (Cycles emits negative light) and twice the 99.5th percentile of Cycles. A block of 16 × 16 pixels "
               "is outside if it differs by more than 1 % plus three standard errors. CPU times include export and build. The variance is that of a pixel, relative to its squared "
               "value, without the worst 1 % of the pixels; times the CPU time, it says how long Ajar takes for the noise of Cycles.", "", "## Sheets", "",
-              "In the order of the table, in rows: Cycles, Ajar, difference (grey: none; black and white: as large as the light).", ""]
+              ("The files that are far from Cycles, i" if sheets == "far" else "I") + "n the order of the table, in rows: Cycles, Ajar, difference (grey: none; black and "
+              "white: as large as the light).", ""]
     pngs = []
-    for first in range(0, len(shown), on_sheet):
+    drawn = [c for c in shown if c.is_far or sheets == "all"]
+    for first in range(0, len(drawn), on_sheet):
         pngs.append(docs / f"sheet_{first // on_sheet + 1}.png")
-        images.write_png(pngs[-1], sheet([strip(c.file) for c in shown[first : first + on_sheet]]))
+        images.write_png(pngs[-1], sheet([strip(c.file) for c in drawn[first : first + on_sheet]]))
         lines += [f"![sheet](sheet_{first // on_sheet + 1}.jpg)", ""]
     write_jpegs(pngs)
     page = docs / "index.md"
@@ -190,6 +192,7 @@ def main() -> int:
     parser.add_argument("--longest", type=int, default=256, help="pixels of the longer side")
     parser.add_argument("--only", help="a part of the names of the files to render again")
     parser.add_argument("--write", type=Path, help="folder of the page")
+    parser.add_argument("--sheets", choices=("all", "far"), default="all", help="which files the page shows")
     options = parser.parse_args()
     wheel = compatibility.wheel(options.wheel, (options.zip or compatibility.zips()[0]).resolve())
     found = []
@@ -202,7 +205,7 @@ def main() -> int:
         found.append(compare(file))
         print(line_of(found[-1]), flush=True)
     if options.write:
-        write_page(found, options.write, options.samples, options.wheel)
+        write_page(found, options.write, options.samples, options.wheel, options.sheets)
     print(f"{sum(c.is_far for c in found)} of {len(found)} files are far from Cycles.")
     return 0
 
