@@ -16,6 +16,10 @@ constexpr size_t kMaxLightsForEven = 8;
 /// Share of the probability of distant lights that is divided equally among them: a sky matters where the sun is
 /// hidden.
 constexpr float kEqualDistant = 0.25f;
+/// The power of sources of which the estimate found nothing, as a part of all power, divided among all sources; for meshes
+/// with more than kFewDark triangles it falls with their number.
+constexpr double kUnknown = 0.01;
+constexpr uint32_t kFewDark = 64;
 
 }  // namespace
 
@@ -123,17 +127,23 @@ LightBounds bounds_in_motion(const BuiltMesh& mesh, const BuiltInstance& instanc
 LightChooser LightSet::Data::make_chooser(const std::vector<Source>& sources, const std::vector<double>& watts,
                                           bool has_media) const {
   LightChooser chooser;
+  chooser.max_distant = LightChooser::kMaxBesideDark;
   std::vector<LightTree::Entry> entries;
   const double disk = M_PI * double(scene_radius) * double(scene_radius);
   for (const Source& s : sources) {
     if (!(s.chosen > 0.0)) continue;
     if (is_environment(s.light)) {
       chooser.distant.push_back({s.light, float(s.chosen * watts[s.first] / disk / 4.0), Vec3(0.0f), 1.0f, 0.0f});
-    } else if (is_lamp(s.light) && is_distant(lamps[s.light].type)) {
+      continue;
+    }
+    if (is_lamp(s.light) && is_distant(lamps[s.light].type)) {
       const Light& sun = lamps[s.light];
       const float cosine = 1.0f / std::sqrt(1.0f + sqr(sun.radius));
       chooser.distant.push_back({s.light, float(watts[s.first] / disk), -sun.frame.n, cosine, sun.radius * cosine});
-    } else if (is_lamp(s.light)) {
+      continue;
+    }
+    if (s.power > 0.0) chooser.max_distant = LightChooser::kMaxDistant;
+    if (is_lamp(s.light)) {
       entries.push_back({s.first, lamp_bounds(lamps[s.light], float(watts[s.first]))});
       let_grow(entries.back().bounds, s.growth, kFar * scene_radius);
     } else if (s.shared >= 0) {
@@ -178,8 +188,10 @@ void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::
   for (const Source& s : sources) total += s.power;
   std::vector<double> watts(inside.size(), 0.0);
   for (const Source& s : sources) {
-    // A source of unknown power must also be chosen and emit rays.
-    const double power = s.power > 0.0 ? s.power : std::max(total, 1.0) * 0.01 / double(sources.size());
+    // A source of unknown power must also be chosen and emit rays. The more triangles were found dark, the less.
+    const double unknown = std::max(total, 1.0) * kUnknown / double(sources.size()) *
+                           std::min(1.0, double(kFewDark) / double(s.count));
+    const double power = s.power > 0.0 ? s.power : unknown;
     double sum = 0.0;
     for (uint32_t i = s.first; i < s.first + s.count; ++i) sum += inside[i];
     for (uint32_t i = s.first; i < s.first + s.count; ++i) watts[i] = power * inside[i] / sum;

@@ -43,6 +43,8 @@ struct LightChooser {
   using Choice = LightSet::Choice;
   /// Minimum and maximum probability of all distant lights together if there are other lights: occlusion is not known.
   static constexpr float kMinDistant = 0.1f, kMaxDistant = 0.8f;
+  /// The maximum if the estimate found no emission of any local light.
+  static constexpr float kMaxBesideDark = 0.99f;
   /// Minimum cosine at the receiver of a sun: shading normals differ from geometric ones.
   static constexpr float kMinSunCosine = 0.02f;
 
@@ -61,6 +63,7 @@ struct LightChooser {
 
   LightTree tree;                           // of the entries of local lights
   const LightClusters* clusters = nullptr;  // null: each light is an entry
+  float max_distant = kMaxDistant;
   std::vector<DistantLight> distant;
   // lights with an additional uniform probability; empty without media or with many lights
   std::vector<uint32_t> even;
@@ -97,7 +100,7 @@ struct LightChooser {
     if (distant.empty()) return 0.0f;
     const float near = tree.importance(p, n);
     if (!(near > 0.0f)) return 1.0f;
-    return std::clamp(importance_of_distant / (importance_of_distant + near), kMinDistant, kMaxDistant);
+    return std::clamp(importance_of_distant / (importance_of_distant + near), kMinDistant, max_distant);
   }
   Choice choose_distant(Vec3 n, float u) const {
     const float sum = distant_importance(n);

@@ -1076,4 +1076,33 @@ TEST(LightSet, lights_whose_emission_grows_with_the_distance_are_chosen_by_what_
 
 }  // namespace
 
+// A large mesh whose emission was found black everywhere takes few of the samples from the lights that shine: a choice
+// of it adds nothing, which is noise.
+TEST(LightSet, large_meshes_that_were_found_dark_are_chosen_rarely) {
+  SceneDescription d = dark();
+  d.lights.push_back(sun({0, 0, -1}, 0.0f));
+  Node checker, emission = closure_node("ShaderNodeEmission", Color(0.0f));
+  checker.type = checker.name = "ShaderNodeTexChecker";
+  checker.inputs = {{"Color1", {}, Vec4(0.0f)}, {"Color2", {}, Vec4(0.0f)}, {"Scale", {}, Vec4(5.0f)}};
+  emission.inputs = {{"Color", {0, "Color"}, Vec4(1.0f)}, {"Strength", {}, Vec4(1.0f)}};
+  for (const int rings : {3, 48}) {
+    SceneDescription one = d;
+    const int material = add_diffuse(one, Color(0.5f));
+    one.materials[size_t(material)].graph.nodes = {checker, emission};
+    one.materials[size_t(material)].graph.surface = {1, "Emission"};
+    add_object(one, sphere(rings), material, placed({0, 0, 2}, {0, 0, 1}));
+    const auto scene = build(one);
+    const LightSet& lights = scene->lights();
+    ASSERT_GT(lights.size(), 1u);
+    const float of_sun = lights.choice_pmf(Vec3(0.0f), Vec3(0, 0, 1), 0);
+    EXPECT_GT(lights.choice_pmf(Vec3(0.0f), Vec3(0, 0, 1), 1 + uint32_t(lights.size()) / 2), 0.0f) << "it may emit";
+    if (rings == 48) {
+      EXPECT_GT(of_sun, 0.9f);
+      EXPECT_GT(lights.power_pmf(0), 0.999f);
+    } else {
+      EXPECT_LT(lights.power_pmf(0), 0.997f);
+    }
+  }
+}
+
 }  // namespace ajar::test_light_set
