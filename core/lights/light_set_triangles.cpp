@@ -21,6 +21,16 @@ constexpr uint32_t kChunk = 1024;  ///< triangles in a task
 /// With at least so many triangles in all its instances, a mesh that emits alike in all of them is a cluster in each.
 constexpr size_t kClusteredTriangles = size_t(1) << 18;
 
+double volume_scale(const BuiltInstance& instance) {
+  return std::abs(double(glm::determinant(Mat3(instance.world_from_object))));
+}
+/// False for an instance that is flat or a point: it has no object space.
+bool is_invertible(const BuiltInstance& instance) {
+  const Mat4& inverse = instance.object_from_world;
+  return volume_scale(instance) > 0.0 && is_finite(Vec3(inverse[0])) && is_finite(Vec3(inverse[1])) &&
+         is_finite(Vec3(inverse[2])) && is_finite(Vec3(inverse[3]));
+}
+
 }  // namespace
 
 /// An instance that may emit, and the watts of its triangles.
@@ -143,6 +153,7 @@ void LightSet::Data::find_clusters(const LightBuildInput& in, std::vector<Pendin
   for (size_t i = 0; i < blocks.size(); ++i) {
     const BuiltInstance& instance = in.instances[blocks[i].block.instance];
     if (blocks[i].grows || ajar::moves(in.meshes[instance.mesh], instance)) continue;
+    if (!is_invertible(instance)) continue;
     std::vector<const ShaderProgram*> programs;
     bool shares = true;
     for (const SlotEmission& slot : blocks[i].block.slots) {
@@ -205,8 +216,7 @@ void LightSet::Data::rate(const LightBuildInput& in, std::vector<Pending>& block
     pending.shared = blocks[leader].shared;
     pending.may_emit = pending.shared >= 0;
     // Areas grow with the square of the scale; of an uneven scale, with that of its mean.
-    const Mat3 m(in.instances[pending.block.instance].world_from_object);
-    pending.total = totals[leader] * std::pow(std::abs(double(glm::determinant(m))), 2.0 / 3.0);
+    pending.total = totals[leader] * std::pow(volume_scale(in.instances[pending.block.instance]), 2.0 / 3.0);
   }
 }
 

@@ -21,7 +21,7 @@ SceneDescription balls(bool alike) {
   d.lights.push_back(area_lamp(Vec3(0, 0, 6), Vec3(0, 0, -1), 1.0f, 50.0f));
   for (int i = 0; i < kInstances; ++i) {
     const float x = float(i % 5) - 2.0f, y = float(i / 5) - 1.5f;
-    const Vec3 scale(0.2f, i % 3 == 0 ? 0.05f : 0.2f, i % 7 == 0 ? -0.2f : 0.2f);
+    const Vec3 scale(0.2f, i % 3 == 0 ? 0.05f : 0.2f, i == 8 ? 0.0f : i % 7 == 0 ? -0.2f : 0.2f);  // one is flat
     const Frame turned(glm::normalize(Vec3(0.3f * x, 1.0f, 0.2f * y)));
     const Mat4 at(Vec4(scale.x * turned.s, 0), Vec4(scale.y * turned.t, 0), Vec4(scale.z * turned.n, 0),
                   Vec4(x, y, 1.0f + 0.1f * float(i), 1));
@@ -66,7 +66,7 @@ TEST(LightClusters, lights_have_the_probabilities_by_which_they_are_chosen) {
     for (uint32_t i = 0; i < lights.size(); ++i) {
       sum += double(lights.choice_pmf(p, n, i));
       power += double(lights.power_pmf(i));
-      if (i % 97 == 0 && lights.flags(i).type == LightType::Triangle) {
+      if (i % 97 == 0 && lights.flags(i).type == LightType::Triangle && lights.light(i, 0.0f).area > 1e-9f) {
         ASSERT_GT(lights.choice_pmf(p, Vec3(0.0f), i), 0.0f) << i;
       }
     }
@@ -87,7 +87,7 @@ TEST(LightClusters, lights_have_the_probabilities_by_which_they_are_chosen) {
 TEST(LightClusters, have_the_light_of_a_tree_of_all_triangles) {
   const auto alike = build(balls(true)), apart = build(balls(false));
   ASSERT_EQ(alike->lights().size(), apart->lights().size());
-  EXPECT_LT(10 * alike->lights().tree_bytes(), apart->lights().tree_bytes());
+  EXPECT_LT(8 * alike->lights().tree_bytes(), apart->lights().tree_bytes());
   EXPECT_NEAR(alike->lights().total_power(), apart->lights().total_power(), 0.1 * apart->lights().total_power());
   for (const auto& [p, n] : kReceivers) {
     const RunningMoments expected = irradiance(apart->lights(), p, n, 200000, false);
