@@ -21,6 +21,9 @@ constexpr uint32_t kChunk = 1024;  ///< triangles in a task
 /// With at least so many triangles in all its instances, a mesh that emits alike in all of them is a cluster in each.
 constexpr size_t kClusteredTriangles = size_t(1) << 18;
 
+/// A mesh and the programs of its slots.
+using EmissionKey = std::pair<uint32_t, std::vector<const ShaderProgram*>>;
+
 double volume_scale(const BuiltInstance& instance) {
   return std::abs(double(glm::determinant(Mat3(instance.world_from_object))));
 }
@@ -44,6 +47,16 @@ struct LightSet::Data::Pending {
   int growth = 0;
   int leader = -1;  ///< of instances that are clusters of the same mesh: the first one of them
   int shared = -1;  ///< LightClusters::Shared
+
+  /// Instances with equal keys emit alike. Empty if the emission depends on more than the mesh.
+  std::optional<EmissionKey> emission_key(uint32_t mesh) const {
+    EmissionKey key{mesh, {}};
+    for (const SlotEmission& slot : block.slots) {
+      if (slot.program && !slot.program->emission_depends_on_mesh_alone()) return {};
+      key.second.push_back(slot.program);
+    }
+    return key;
+  }
 };
 
 std::vector<LightSet::Data::Pending> LightSet::Data::gather_blocks(const LightBuildInput& in,
@@ -108,19 +121,13 @@ void LightSet::Data::find_luminances(const LightBuildInput& in, std::vector<Pend
     uint32_t block, begin, end;
   };
   std::vector<Chunk> chunks;
-  std::map<std::pair<uint32_t, std::vector<const ShaderProgram*>>, uint32_t> known;
+  std::map<EmissionKey, uint32_t> known;
   size_t varying = 0;
   for (uint32_t i = 0; i < blocks.size(); ++i) {
     Pending& pending = blocks[i];
     if (pending.constant) continue;
-    std::pair<uint32_t, std::vector<const ShaderProgram*>> key{in.instances[pending.block.instance].mesh, {}};
-    bool shares = true;
-    for (const SlotEmission& slot : pending.block.slots) {
-      key.second.push_back(slot.program);
-      shares &= !slot.program || slot.program->emission_depends_on_mesh_alone();
-    }
-    if (shares) {
-      const auto [found, is_new] = known.emplace(std::move(key), i);
+    if (auto key = pending.emission_key(in.instances[pending.block.instance].mesh)) {
+      const auto [found, is_new] = known.emplace(std::move(*key), i);
       if (!is_new) {
         pending.luminances = blocks[found->second].luminances;
         continue;
@@ -149,18 +156,12 @@ void LightSet::Data::find_luminances(const LightBuildInput& in, std::vector<Pend
 
 /// Finds meshes with so many instances that these become clusters: they emit alike, and they do not move.
 void LightSet::Data::find_clusters(const LightBuildInput& in, std::vector<Pending>& blocks) {
-  std::map<std::pair<uint32_t, std::vector<const ShaderProgram*>>, std::vector<int>> alike;
+  std::map<EmissionKey, std::vector<int>> alike;
   for (size_t i = 0; i < blocks.size(); ++i) {
     const BuiltInstance& instance = in.instances[blocks[i].block.instance];
     if (blocks[i].grows || ajar::moves(in.meshes[instance.mesh], instance)) continue;
     if (!is_invertible(instance)) continue;
-    std::vector<const ShaderProgram*> programs;
-    bool shares = true;
-    for (const SlotEmission& slot : blocks[i].block.slots) {
-      programs.push_back(slot.program);
-      shares &= !slot.program || slot.constant || slot.program->emission_depends_on_mesh_alone();
-    }
-    if (shares) alike[{instance.mesh, std::move(programs)}].push_back(int(i));
+    if (auto key = blocks[i].emission_key(instance.mesh)) alike[std::move(*key)].push_back(int(i));
   }
   for (const auto& [key, instances] : alike) {
     if (instances.size() < 2) continue;
