@@ -76,6 +76,8 @@ PilotNoise noise_of(const PilotImages& pilot, const std::vector<float>& light) {
 
 PilotNoise denoised_noise_of(const PilotImages& pilot, const std::vector<float>& light, int width, int height) {
   constexpr int kReach = 2;
+  // If all light arrives in single bright pixels, nothing is left without them. This is a lack of light, not of noise.
+  constexpr double kLeastCalm = 0.01;
   const size_t pixels = size_t(width) * size_t(height);
   std::vector<float> scratch;
   // The noise of a bright surface does not reach a dark one: it is divided by the light first.
@@ -92,7 +94,8 @@ PilotNoise denoised_noise_of(const PilotImages& pilot, const std::vector<float>&
   const std::vector<float> first = rgb_of(pilot.first), second = rgb_of(pilot.second);
   const PilotNoise with = smooth_noise(first, second),
                    without = smooth_noise(limited(first, second, width, height), limited(second, first, width, height));
-  return {std::sqrt(with.whole * without.whole), std::sqrt(with.typical * without.typical)};
+  const auto mean = [](double all, double calm) { return std::sqrt(all * std::max(calm, kLeastCalm * all)); };
+  return {mean(with.whole, without.whole), mean(with.typical, without.typical)};
 }
 
 double bias_of(const PilotImages& pilot, const PilotImages& unbiased, const std::vector<float>& light, int width,

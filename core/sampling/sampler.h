@@ -118,14 +118,8 @@ class Sampler {
       const float x = rng_.next_float();
       return {x, rng_.next_float()};
     }
-    const uint32_t seed = hash32(unit_seed_ ^ (dimension_ * 0x9e3779b9U));
-    dimension_ += 2;
-    const uint32_t shuffled = sobol::reverse_bits(sobol::laine_karras_permutation(index_reversed_, seed));
-    const uint32_t seed_x = hash32(seed), seed_y = hash32(seed_x);
-    const uint32_t x = sobol::laine_karras_permutation(shuffled, seed_x);
-    const uint32_t y = sobol::laine_karras_permutation(sobol::second_dimension_reversed(shuffled), seed_y);
-    const uint64_t both = sobol::reverse_bits_64(uint64_t(y) << 32 | x);
-    return {to_unit_float(uint32_t(both >> 32)), to_unit_float(uint32_t(both))};
+    uint32_t shuffled, seed_y;
+    return pair_of(2, shuffled, seed_y);
   }
 
   /// Three numbers that are stratified together: the first two as those of get_2d, and a third one, for a choice that
@@ -135,18 +129,27 @@ class Sampler {
       const float z = rng_.next_float(), x = rng_.next_float();
       return {x, rng_.next_float(), z};
     }
-    const uint32_t seed = hash32(unit_seed_ ^ (dimension_ * 0x9e3779b9U));
-    dimension_ += 3;
-    const uint32_t shuffled = sobol::reverse_bits(sobol::laine_karras_permutation(index_reversed_, seed));
-    const uint32_t seed_x = hash32(seed), seed_y = hash32(seed_x), seed_z = hash32(seed_y);
-    const uint32_t x = sobol::laine_karras_permutation(shuffled, seed_x);
-    const uint32_t y = sobol::laine_karras_permutation(sobol::second_dimension_reversed(shuffled), seed_y);
-    const uint32_t z = sobol::laine_karras_permutation(sobol::third_dimension_reversed(shuffled), seed_z);
-    const uint64_t both = sobol::reverse_bits_64(uint64_t(y) << 32 | x);
-    return {to_unit_float(uint32_t(both >> 32)), to_unit_float(uint32_t(both)), to_unit_float(sobol::reverse_bits(z))};
+    uint32_t shuffled, seed_y;
+    const Vec2 pair = pair_of(3, shuffled, seed_y);
+    const uint32_t z = sobol::laine_karras_permutation(sobol::third_dimension_reversed(shuffled), hash32(seed_y));
+    return {pair.x, pair.y, to_unit_float(sobol::reverse_bits(z))};
   }
 
  private:
+  /// The first two dimensions of a scrambled Sobol point that uses up `count` dimensions of the sample. `shuffled` is the
+  /// point's shuffled index, bits reversed, and `seed_y` the seed of the second dimension.
+  Vec2 pair_of(uint32_t count, uint32_t& shuffled, uint32_t& seed_y) {
+    const uint32_t seed = hash32(unit_seed_ ^ (dimension_ * 0x9e3779b9U));
+    dimension_ += count;
+    shuffled = sobol::reverse_bits(sobol::laine_karras_permutation(index_reversed_, seed));
+    const uint32_t seed_x = hash32(seed);
+    seed_y = hash32(seed_x);
+    const uint32_t x = sobol::laine_karras_permutation(shuffled, seed_x);
+    const uint32_t y = sobol::laine_karras_permutation(sobol::second_dimension_reversed(shuffled), seed_y);
+    const uint64_t both = sobol::reverse_bits_64(uint64_t(y) << 32 | x);
+    return {to_unit_float(uint32_t(both >> 32)), to_unit_float(uint32_t(both))};
+  }
+
   Kind kind_;
   uint32_t seed_, unit_seed_ = 0, index_ = 0, index_reversed_ = 0, dimension_ = 0;
   Pcg32 rng_;

@@ -81,6 +81,26 @@ TEST(PilotComparison, the_noise_of_a_bright_strip_does_not_count_on_dark_neighbo
   EXPECT_LT(left.whole, 0.1 * noise.whole);  // a mean over 56 pixels
 }
 
+TEST(PilotComparison, light_that_arrives_in_single_pixels_only_is_not_free_of_noise) {
+  // Each image has 20 bright pixels and is black otherwise: without these pixels, nothing is left that could differ.
+  PilotImages fireflies = noisy(0.0f, 5);
+  for (std::vector<float>* picture : {&fireflies.first, &fireflies.second})
+    for (size_t i = 0; i < picture->size(); ++i)
+      if (i % 4 != 3) (*picture)[i] = 0.0f;
+  const size_t pixels = size_t(kWidth) * kHeight;
+  for (size_t k = 0; k < 20; ++k) {
+    add_firefly(fireflies, (k * 131 + 7) % pixels, 50.0f);
+    std::swap(fireflies.first, fireflies.second);
+  }
+  const PilotImages calm = noisy(0.1f, 6);
+  const std::vector<float> light = max_light({&fireflies, &calm}, kWidth, kHeight);
+  const PilotNoise left = denoised_noise_of(fireflies, light, kWidth, kHeight),
+                   left_calm = denoised_noise_of(calm, light, kWidth, kHeight);
+  EXPECT_GT(left.whole, left_calm.whole);
+  EXPECT_GT(left.typical, left_calm.typical);
+  EXPECT_EQ(clearly_best({left, left_calm}), 1u);
+}
+
 TEST(PilotComparison, the_blur_uses_only_pixels_inside_the_image) {
   std::vector<float> image(4 * 9 * 10, 0.0f);
   image[4 * (1 * 9 + 2) + 1] = 20.0f;  // at (2, 1)
