@@ -84,6 +84,7 @@ bool VertexMerging::begin_pass(uint32_t index, const std::atomic<bool>& stop) {
   for (size_t i = 0; i < order.size(); ++i) behind_[i] = behind[order[i]];
   if (passes_done_++ == 0) first_radius_ = choose_first_radius();
   radius_ = first_radius_ * float(std::sqrt(radius2_factor(index)));
+  map_.look_around(*scene_, {kNeighbours, radius_}, time_, hash_combine(seed_, index));
   return true;
 }
 

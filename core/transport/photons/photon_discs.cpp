@@ -16,18 +16,18 @@ namespace {
 constexpr int kSectors = 8;
 /// A sector: the distance to the line in which a wall meets the disc, in 1/61 of the radius, or one of these values.
 constexpr uint32_t kSteps = 61, kNothing = 62, kSurface = 63;
-constexpr int kSectorBits = 6, kFurtherShift = kSectors * kSectorBits, kTurnShift = kFurtherShift + 8,
-              kSizeShift = kTurnShift + 3;
+constexpr int kSectorBits = 6, kFurtherShift = kSectors * kSectorBits, kJitterShift = kFurtherShift + 5,
+              kTurnShift = kJitterShift + 3, kSizeShift = kTurnShift + 3;
 constexpr uint64_t kKnown = uint64_t(1) << 63, kLonely = uint64_t(1) << 62;  // lonely: no sector found surface
-constexpr uint32_t kMaxFurther = 24;
+/// The number of failures is stored as half of it.
+constexpr uint32_t kMaxFurther = 62, kFurtherMask = kMaxFurther / 2;
 /// Makes the expectation of (tested + kPrior) / (found + kPrior) right within 1 % at straight edges and in corners, and
 /// within 10 % on strips.
 constexpr float kPrior = 0.35f;
 /// The ray sees everything that any kind of ray can see, because photons lie there too.
 constexpr uint32_t kAnyRay = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission | kRayShadow | kRayVolumeScatter;
-/// Squared distance of the tested point in each sector over the squared radius. Each eighth of the disc's area has one
-/// point.
-constexpr float kPlace[kSectors] = {0.5f / 8, 4.5f / 8, 2.5f / 8, 6.5f / 8, 1.5f / 8, 5.5f / 8, 3.5f / 8, 7.5f / 8};
+/// The ring in which each sector has its tested point. Each ring has an eighth of the disc's area.
+constexpr uint32_t kRing[kSectors] = {0, 4, 2, 6, 1, 5, 3, 7};
 
 constexpr float kAngleStep = 2.0f * kPi / 256.0f;
 const std::array<Vec2, 256> kDirections = [] {
@@ -42,9 +42,13 @@ float height_of(float radius) { return radius / PointTree::kFlatness; }
 /// Surface that is higher or lower than the photon by at most this belongs to its disc.
 float thickness_of(float radius) { return 0.5f * height_of(radius); }
 
-/// Where the ray of a sector goes, as a squared distance over the squared radius. Each photon turns the list, so that the
-/// result does not depend on the direction of a strip.
-float place(uint64_t known, int i) { return kPlace[(uint32_t(known >> kTurnShift) + uint32_t(i)) & 7u]; }
+/// Where the ray of a sector goes, as a squared distance over the squared radius. Each photon turns the list of rings, so
+/// that the result does not depend on the direction of a strip, and has its own place in all rings, so that it does not
+/// depend on the radius of a round object.
+float place(uint64_t known, int i) {
+  const uint32_t ring = kRing[(uint32_t(known >> kTurnShift) + uint32_t(i)) & 7u], in_ring = known >> kJitterShift & 7u;
+  return (float(ring) + (float(in_ring) + 0.5f) / 8.0f) / float(kSectors);
+}
 
 /// Radii of discs relative to the largest, in steps of the square root of 1/2.
 constexpr std::array<float, 8> kSizes{1.0f, 0.70710678f, 0.5f, 0.35355339f, 0.25f, 0.17677670f, 0.125f, 0.08838835f};
@@ -93,7 +97,7 @@ float PhotonDiscs::inverse_share(uint64_t known, const Around& around, const Sur
   if (known & kLonely) {
     if (!sees(at, frame.n, position, height_of(radius))) return 0.0f;
     // The surface is taken for a strip, whose share of a smaller disc is larger.
-    const float of_whole = float(kSectors + 1) + float((known >> kFurtherShift) & 255u);
+    const float of_whole = float(kSectors + 1) + 2.0f * float(uint32_t(known >> kFurtherShift) & kFurtherMask) + 0.5f;
     return std::max(1.0f, of_whole * std::sqrt(radius2 / full2));
   }
   int found = 0, tested = 0;
@@ -128,24 +132,49 @@ struct PhotonDiscs::Look {
   /// Looks in the direction `angle`, to the squared distance `place` of the squared radius.
   uint32_t operator()(float angle, float place) {
     const float height = height_of(radius), distance = std::sqrt(place) * radius;
+    const Vec3 above = frame.n * height, aside = (frame.s * std::cos(angle) + frame.t * std::sin(angle)) * distance;
     const float length = std::sqrt(distance * distance + height * height);
-    Ray ray;
-    ray.origin = at.position + frame.n * height;
-    ray.direction = ((frame.s * std::cos(angle) + frame.t * std::sin(angle)) * distance - frame.n * height) / length;
-    ray.t_max = 1.5f * length;
-    ray.time = time;
-    const Hit hit = scene.intersect(ray, kAnyRay);
-    if (!hit.found()) return kNothing;
-    scene.shading_point(ray, hit, point);
-    const Vec3 offset = point.position - at.position;
-    if (std::abs(glm::dot(point.ng, frame.n)) >= PointTree::kMinNormalCosine)
-      return std::abs(glm::dot(offset, frame.n)) <= thickness_of(radius) ? kSurface : kNothing;
-    const Vec3 behind = glm::dot(point.ng, ray.direction) < 0.0f ? -point.ng : point.ng;
+    const bool found = hits(at.position + above, (aside - above) / length, 1.5f * length);
+    const Vec3 behind = glm::dot(point.ng, point.wo) > 0.0f ? -point.ng : point.ng;
+    const float level = found ? glm::dot(point.position - at.position, frame.n) : 0.0f;
+    if (found && std::abs(level) <= kLevel * height && is_surface(level)) return kSurface;
+    // The ray meets curved surface elsewhere than above the tested point. A perpendicular ray finds what is there.
+    if (!found || level < 0.0f || is_surface(level)) return surface_at(aside, above);
     const float x = glm::dot(behind, frame.s), y = glm::dot(behind, frame.t);
-    const float to_wall = std::max(0.0f, glm::dot(offset, behind) / std::sqrt(x * x + y * y));
+    const float to_wall = std::max(0.0f, glm::dot(point.position - at.position, behind) / std::sqrt(x * x + y * y));
     if (to_wall > radius) return kNothing;
     wall_direction = uint32_t(std::lround(std::atan2(y, x) / kAngleStep)) & 255u;
     return uint32_t(to_wall / radius * float(kSteps) + 0.5f);
+  }
+
+ private:
+  static constexpr float kLevel = 0.02f;  // relative to the height of the origin of rays
+
+  bool hits(Vec3 origin, Vec3 direction, float t_max) {
+    Ray ray;
+    ray.origin = origin;
+    ray.direction = direction;
+    ray.t_max = t_max;
+    ray.time = time;
+    const Hit hit = scene.intersect(ray, kAnyRay);
+    if (!hit.found()) return false;
+    scene.shading_point(ray, hit, point);
+    return true;
+  }
+  /// Whether the last hit, at this height, is surface of the disc.
+  bool is_surface(float level) const {
+    return std::abs(glm::dot(point.ng, frame.n)) >= PointTree::kMinNormalCosine &&
+           std::abs(level) <= thickness_of(radius);
+  }
+  /// kSurface, if there is surface below or above the point `aside` that the point `above` the photon sees; or kNothing.
+  uint32_t surface_at(Vec3 aside, Vec3 above) {
+    const float height = height_of(radius);
+    if (!hits(at.position + aside + above, -frame.n, height + thickness_of(radius))) return kNothing;
+    const Vec3 offset = point.position - at.position;
+    if (!is_surface(glm::dot(offset, frame.n))) return kNothing;
+    const Vec3 sight = offset - above;
+    const float distance = glm::length(sight);
+    return hits(at.position + above, sight / distance, 0.99f * distance) ? kNothing : kSurface;
   }
 };
 
@@ -153,8 +182,10 @@ uint64_t PhotonDiscs::look_around(uint32_t photon, const SurfacePoint& at, float
   Around& around = around_[photon];
   const uint32_t size = size_for(reach, radius_);
   Look look{*scene_, at, Frame(unpack_direction(at.packed_normal)), radius_ * kSizes[size], time_, {}, 0};
-  Pcg32 random(seed_, photon);
-  uint64_t known = kKnown | kLonely | uint64_t(random.next() & 7u) << kTurnShift | uint64_t(size) << kSizeShift,
+  Pcg32 random(hash_combine(seed_, photon), photon);
+  const uint32_t numbers = random.next();
+  uint64_t known = kKnown | kLonely | uint64_t(numbers & 7u) << kTurnShift |
+                   uint64_t(numbers >> 3 & 7u) << kJitterShift | uint64_t(size) << kSizeShift,
            walls = 0;
   for (int i = 0; i < kSectors; ++i) {
     const float angle = (float(i) + random.next_float()) * (2.0f * kPi / kSectors);
@@ -169,7 +200,7 @@ uint64_t PhotonDiscs::look_around(uint32_t photon, const SurfacePoint& at, float
       const float angle = 2.0f * kPi * random.next_float();
       if (look(angle, random.next_float()) == kSurface) break;
     }
-    known |= uint64_t(failures) << kFurtherShift;
+    known |= uint64_t(failures / 2) << kFurtherShift;
   }
   around.walls.store(walls, std::memory_order_relaxed);
   around.sectors.store(known, std::memory_order_release);

@@ -4,7 +4,8 @@
 // contains no surface, and the estimate is too dark. Where it extends below the foot of a wall, the light of the next
 // room leaks through. Here the disc of each photon is divided into eight sectors. A ray from above the photon to a
 // point of the sector finds the surface (also a surface that is nearly parallel and lower or higher by at most 1/8 of
-// the radius), a wall, or nothing. Only lookups on such surface, and in front of the wall of their sector, see the
+// the radius), a wall, or nothing. On curved surface, this ray meets other places than the one below the point: there a
+// second, perpendicular ray decides. Only lookups on such surface, and in front of the wall of their sector, see the
 // photon. Its density there is (tested + 0.35) / (found + 0.35) times that of the whole disc, which is nearly the
 // reciprocal of the share p of the surface on average [after Hey and Purgathofer 2002, "Advanced radiance estimation
 // for photon map global illumination", who compute that share from the triangles].

@@ -35,6 +35,31 @@ SceneDescription mixed_surfaces() {
   d.objects.front().materials = d.objects.back().materials;
   return d;
 }
+/// The same scene in a black room, in which narrow slats are lit: much narrower than the disc in which photons are
+/// looked up.
+SceneDescription slats_and_mirror() {
+  SceneDescription d = pane_and_mirror(0.15f);
+  d.objects.front().materials = {add_diffuse(d, Color(0.0f))};
+  const int slat = add_diffuse(d, Color(0.8f));
+  for (int k = 0; k < 8; ++k) {
+    Mat4 place = moved(Vec3(0.2f * float(k) - 0.7f, 0.0f, -0.3f), 0.7f);
+    place[0] *= 0.05f;  // 7 cm
+    add_object(d, plane(1.0f), slat, place);
+  }
+  return d;
+}
+/// The same scene in a black room, in which pebbles are lit: flat ellipsoids about as large as the disc.
+SceneDescription pebbles_and_mirror() {
+  SceneDescription d = pane_and_mirror(0.15f);
+  d.objects.front().materials = {add_diffuse(d, Color(0.0f))};
+  const int pebble = add_diffuse(d, Color(0.8f));
+  for (int k = 0; k < 25; ++k) {
+    Mat4 place = moved(Vec3(0.3f * float(k % 5) - 0.6f, 0.3f * float(k / 5) - 0.6f, -0.3f), 0.1f);
+    place[2] *= 0.3f;
+    add_object(d, sphere(), pebble, place);
+  }
+  return d;
+}
 
 /// Moments over independent replicates of the film's mean of the light by unconnectable paths: by walks that hit the
 /// lamp or connect to it, and by merging.
@@ -109,6 +134,12 @@ TEST(VertexMerging, agrees_with_paths_that_hit_the_lamp) {
 }
 TEST(VertexMerging, agrees_on_surfaces_with_specular_and_diffuse_lobes) {
   expect_same(unconnectable_light(mixed_surfaces(), 16, 4, 500), 4);
+}
+TEST(VertexMerging, narrow_objects_keep_their_light) {
+  expect_same(unconnectable_light(slats_and_mirror(), 16, 8, 2000), 4);
+}
+TEST(VertexMerging, small_round_objects_keep_their_light) {
+  expect_same(unconnectable_light(pebbles_and_mirror(), 16, 8, 1000), 4);
 }
 TEST(VertexMerging, bounce_limits_apply_to_the_whole_path) {
   const BounceLimits limits[] = {{3, 16, 16, 16, 16, 0}, {16, 1, 1, 3, 16, 0}};

@@ -91,6 +91,40 @@ TEST(PhotonDiscs, irradiance_on_a_narrow_board_is_that_on_a_wide_one) {
   }
 }
 
+TEST(PhotonDiscs, irradiance_on_a_small_ball_is_complete) {
+  for (const float radius : {0.06f, 0.1f, 0.12f, 0.2f, 0.5f}) {
+    SceneDescription d = board(1.0f, 1.0f);
+    d.objects.clear();
+    add_object(d, sphere(96), 0, moved(Vec3(0.0f), radius));
+    const auto scene = build(d);
+    RunningMoments mean, without;
+    for (uint32_t seed = 1; seed <= 8; ++seed) {
+      constexpr int kPhotons = 400, kLookups = 400;
+      Sampler sampler(Sampler::Kind::Independent, seed);
+      sampler.start(0, 0);
+      std::vector<Photon> photons;
+      for (int i = 0; i < kPhotons; ++i) {
+        const Vec3 out = warp::square_to_sphere(sampler.get_2d());
+        photons.push_back({{radius * out, pack_direction(out)},
+                           Color(4.0f * kPi * radius * radius / float(kPhotons)),
+                           pack_direction_short(kUp)});
+      }
+      PhotonMap map, plain;
+      plain.build(photons);
+      map.build(std::move(photons));
+      const PhotonMap::Lookup lookup{PointTree::kMaxNeighbours, kRadius};
+      map.look_around(*scene, lookup, 0.0f, seed);
+      for (int i = 0; i < kLookups; ++i) {
+        const Vec3 out = warp::square_to_sphere(sampler.get_2d());
+        mean.add(double(map.irradiance(radius * out, out, kUp, lookup).y));
+        without.add(double(plain.irradiance(radius * out, out, kUp, lookup).y));
+      }
+    }
+    EXPECT_LT(without.mean(), 0.9) << radius;
+    EXPECT_NEAR(mean.mean(), 1.0, 0.15) << radius;  // 0.88 if always exactly one of the eight rays finds surface
+  }
+}
+
 // With so many photons, ten of them are found within a thirtieth of the radius.
 TEST(PhotonDiscs, edges_are_found_where_photons_are_dense) {
   constexpr float kHalf = 0.08f;
