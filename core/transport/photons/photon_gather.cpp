@@ -237,7 +237,7 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, co
     const Color weight = sample->f_cos / sample->pdf_solid_angle;
     const bool logged = depth == 0 && logs_gather_ray(uint32_t(i));
     const bool logs = logs_;
-    const Incoming arriving = incoming(point, place, *sample, pdf_bsdf,
+    const Incoming arriving = incoming(point, place, *sample, origin_at(point, rough.receiving_normal(), pdf_bsdf),
                                        logged ? throughput * weight / float(rays) : Color(0.0f), depth,
                                        {own, base + kGatherDimensions});
     logs_ = logs;
@@ -281,13 +281,14 @@ Color PhotonGatherer::at_rough(const ShadingPoint& point, const Bsdf& rough, con
 }
 
 PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, const Place& place, const BsdfSample& first,
-                                                  float pdf_bsdf, Color throughput, int depth, Numbers numbers) {
+                                                  const DirectVertex& origin, Color throughput, int depth,
+                                                  Numbers numbers) {
   EyeWalk walk(scene_, scene_.spawn_ray(from, first.wi), rays_, from);
   EyeMedia media(scene_, media_, stack_towards(from, place, first.wi),
                  hash_combine(hash_combine(pixel_, index_), numbers.dimension + uint32_t(gathered_)), rays_);
   media.guide(guide_);
   count_bounce(first, from, walk.point);
-  return follow(walk, media, origin_at(from, from.ns, pdf_bsdf), throughput, depth, numbers);
+  return follow(walk, media, origin, throughput, depth, numbers);
 }
 
 PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, DirectVertex origin, Color throughput,

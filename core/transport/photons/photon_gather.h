@@ -150,7 +150,7 @@ class PhotonGatherer {
   };
   /// Light along a gather ray: the emission of the first hit, and the estimate of the maps at the rough surface that
   /// the ray reaches. `pdf_bsdf`: density of the sample's direction, for MIS with light sampling.
-  Incoming incoming(const ShadingPoint& from, const Place& place, const BsdfSample& sample, float pdf_bsdf,
+  Incoming incoming(const ShadingPoint& from, const Place& place, const BsdfSample& sample, const DirectVertex& origin,
                     Color throughput, int depth, Numbers numbers);
   /// The same along a walk that has just left a surface (with the light sampling of `origin`) or a point in a medium.
   Incoming follow(EyeWalk& walk, EyeMedia& media, DirectVertex origin, Color throughput, int depth, Numbers numbers);

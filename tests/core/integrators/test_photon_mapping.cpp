@@ -96,6 +96,21 @@ TEST_P(PhotonMapping, agrees_with_the_path_tracer_with_rough_and_sharp_glossy_su
   expect_agreement(GetParam(), d, 32, 512, 8, 0.025);
 }
 
+TEST_P(PhotonMapping, direct_light_from_both_sides_of_a_translucent_sheet_is_complete) {
+  // Gather rays hit the emissive planes. The sheet has no side from which alone it receives light.
+  SceneDescription d;
+  add_object(d, plane(1.0f), add_material(d, "ShaderNodeBsdfTranslucent", Color(0.8f), 0.0f));
+  const int bright = add_diffuse(d, Color(0.0f), Color(4.0f)), dim = add_diffuse(d, Color(0.0f), Color(1.0f));
+  for (const float x : {-0.6f, 0.1f, 0.7f}) {
+    add_object(d, plane(1.0f), bright, placed(Vec3(x, 0.3f, -0.6f), 0.3f));
+    add_object(d, plane(1.0f), dim, placed(Vec3(-x, 0.2f, 0.7f), 0.3f));
+  }
+  set_camera(d, Vec3(0.0f, -3.0f, 0.8f), Vec3(0.0f), 12);
+  d.settings.bounces = {0, 0, 0, 0, 0, 0};
+  d.settings.photons = 2000;
+  expect_agreement(GetParam(), d, 64, 512, 8, 0.0);
+}
+
 TEST_P(PhotonMapping, agrees_with_the_path_tracer_on_coarse_smooth_shaded_meshes) {
   if (std::string(GetParam()) == "mps" && gate_only()) GTEST_SKIP() << kLeftOut;
   // The shading normals differ much from the geometric ones, so that the result is wrong without the adjoint
