@@ -33,8 +33,6 @@ PathEdge join(const PathVertex& light_end, const PathVertex& eye_end) {
   return edge;
 }
 
-namespace {
-
 ShadingPoint turned_towards(const ShadingPoint& point, Vec3 wo) {
   ShadingPoint p = point;
   p.wo = wo;
@@ -46,12 +44,17 @@ ShadingPoint turned_towards(const ShadingPoint& point, Vec3 wo) {
   return p;
 }
 
-/// Whether safe_shading_normal changes the surface's own normal for this direction.
 bool bends_normal(const ShadingPoint& point, Vec3 wo) {
   const float side = glm::dot(point.ng, wo) < 0.0f ? -1.0f : 1.0f;
   const Vec3 ns = side * point.ns;
   return closures::safe_shading_normal(side * point.ng, wo, ns) != ns;
 }
+
+bool depends_on_view(const ShaderProgram& program, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wo) {
+  return program.depends_on_view() || (point.ns != point.ng && (bends_normal(point, wo) || bsdf.n != point.ns));
+}
+
+namespace {
 
 /// The lobes of the vertex, made for the direction `wo`.
 class BsdfFor {
@@ -73,10 +76,7 @@ class BsdfFor {
 
 /// Whether the lobes can differ if they are made for `wo`.
 bool depends_on_view(const PathVertex& vertex, Vec3 wo) {
-  if (vertex.exit) return false;
-  return vertex.program->depends_on_view() ||
-         (vertex.point.ns != vertex.point.ng &&
-          (bends_normal(vertex.point, wo) || vertex.shading.bsdf.n != vertex.point.ns));
+  return !vertex.exit && depends_on_view(*vertex.program, vertex.point, vertex.shading.bsdf, wo);
 }
 
 /// d(to_light) / d(to_eye) of a refraction with the relative index eta from the eye's side to the light's: n^2 cos dw

@@ -213,6 +213,12 @@ bool joins_lens(const Scene& scene);
 
 /// The normal for the irradiance by which lights are chosen; 0 in media.
 Vec3 receiving_normal(const PathVertex& vertex);
+/// The same place as seen from the direction `wo`.
+ShadingPoint turned_towards(const ShadingPoint& point, Vec3 wo);
+/// Whether safe_shading_normal changes the surface's own normal for this direction.
+bool bends_normal(const ShadingPoint& point, Vec3 wo);
+/// Whether the lobes of a surface, `bsdf`, can differ if they are made for the direction `wo`.
+bool depends_on_view(const ShaderProgram& program, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wo);
 
 /// Finds the surfaces and media between the two ends and sets transmittance and pass. Returns false if the edge is blocked.
 /// Counts its rays.

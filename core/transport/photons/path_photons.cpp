@@ -13,6 +13,7 @@ namespace {
 struct Events {
   glm::dvec3 rough{0.0}, sharp{0.0};
   bool continues = false;  ///< walks from the eye look up no photons here: all lobes are followed
+  bool is_caustic = true;  ///< photons that the sharp lobes scatter are in the caustic map
   bool gathers = false;    ///< a medium: gather rays start here, unless the walk is one already
 };
 
@@ -20,9 +21,11 @@ struct Events {
 Events events_at(const Path& path, int i, uint32_t visibility) {
   const PathVertex& vertex = path.vertices[size_t(i)];
   const glm::dvec3 f(path.scattering[size_t(i)].f);
-  if (vertex.kind == VertexKind::Medium) return {f, glm::dvec3(0.0), true, true};
+  if (vertex.kind == VertexKind::Medium) return {f, glm::dvec3(0.0), true, true, true};
   if (on_strand_or_point(vertex.point)) return {f, glm::dvec3(0.0), true};
-  if (vertex.specular || !has_rough_lobe(vertex.shading.bsdf)) return {glm::dvec3(0.0), f};
+  if (vertex.specular) return {glm::dvec3(0.0), f};
+  if (!has_rough_lobe(vertex.shading.bsdf))
+    return {glm::dvec3(0.0), f, false, !seen_by_bent_lobes(vertex.point, vertex.shading.bsdf, path.to_eye(i))};
   const LobeSplit split(vertex.shading.bsdf, path.to_eye(i));
   if (!split.sharp() || !split.sharp()->has_non_delta()) return {f, glm::dvec3(0.0)};
   const auto scattered_by = [&](const Bsdf& lobes) {
@@ -30,7 +33,7 @@ Events events_at(const Path& path, int i, uint32_t visibility) {
                                                 : visible_to(visibility, lobes, path.to_eye(i), path.to_light(i)));
   };
   const glm::dvec3 rough = scattered_by(*split.rough()), sharp = scattered_by(*split.sharp());
-  return {rough, sharp};
+  return {rough, sharp, false, !seen_by_bent_lobes(vertex.point, *split.sharp(), path.to_eye(i))};
 }
 
 SeenFrom seen_from(const Path& path, int i) {
@@ -61,7 +64,7 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64
     if (i == n - 1) break;
     events[size_t(i)] = events_at(path, i, i == 1 ? visibility : uint32_t(kVisibleAll));
     light *= glm::dvec3(path.scattering[size_t(i)].f);
-    sharp *= events[size_t(i)].sharp;
+    sharp *= events[size_t(i)].is_caustic ? events[size_t(i)].sharp : glm::dvec3(0.0);
   }
   // The part of the path's contribution that the bounce limits leave.
   const double lens = double(path.film_density) * double(space.pdf_lens_area()),

@@ -55,6 +55,11 @@ BounceCounts bounces_of(const ShadingPoint& point, const EyeMedia& media) {
   return {point.ray_depth, point.diffuse_depth, point.glossy_depth, point.transmission_depth, media.bounces()};
 }
 
+/// Whether the sharp lobes of a place can be ones from which walks find light that photons do not bring.
+bool may_find_light(const ShadingPoint& point) {
+  return on_strand_or_point(point) || (point.ns != point.ng && bends_normal(point, point.wo));
+}
+
 /// Density that competes with light sampling for the light that this sample's ray hits; 0: light sampling cannot find it.
 float hit_pdf(const BsdfSample& sample) { return sample.specular ? 0.0f : sample.pdf_solid_angle; }
 
@@ -339,7 +344,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     if (!is_black(shading.emission) && (straight || scene_.light_of(walk.hit) < 0))
       emitted() += beta * shading.emission * walk.emission_weight(weight_of_hit);
     if (at_bounce_limit && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;
-    if (!look_up && !log_ && is_black(shading.bsdf.transparency())) break;
+    if (!look_up && !log_ && is_black(shading.bsdf.transparency()) && !finds_all && !may_find_light(point)) break;
     if (!at_bounce_limit && !below_surface(walk, {sampler, base + kSubsurface}, beta)) break;
     const LobeSplit split(shading.bsdf, point.wo, on_strand_or_point(point));
     if (split.rough() && !at_bounce_limit && log_) log_arrival(ArrivalMap::kGathered, point, throughput * beta);
@@ -349,7 +354,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     }
     if (!split.sharp()) break;
     // No photons are stored on hair and points: direct light is sampled here, and the ray that goes on finds all other light.
-    finds_all = finds_all || on_strand_or_point(point);
+    finds_all = finds_all || on_strand_or_point(point) || seen_by_bent_lobes(point, *split.sharp(), point.wo);
     if (finds_all && !at_bounce_limit)
       radiance += beta * direct_light(point, *split.sharp(), {media, walk.hit}, sampler, base + kSharpLight);
     const auto sample = sample_sharp(*split.sharp(), point.wo, {sampler, base + kLobe});
@@ -361,7 +366,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     }
     straight = finds_all;
     if (straight) origin = origin_at(point, split.sharp()->receiving_normal(), hit_pdf(*sample));
-    if (at_bounce_limit || !look_up) break;
+    if (at_bounce_limit || !(look_up || finds_all)) break;
     count_bounce(*sample, point, point);
     at_bounce_limit = past_limits(point, limits);
     if (at_bounce_limit && !straight) break;

@@ -6,6 +6,8 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include "transport/paths/path_vertex.h"
+
 namespace ajar {
 
 bool transmits(const Bsdf& bsdf) {
@@ -19,6 +21,18 @@ SeenFrom seen_from(const Bsdf& rough, Vec3 ng) {
   for (int i = 0; i < rough.lobe_count(); ++i)
     if (reflects(rough.lobe(i).kind)) return {ng, Photon::kTransmits};
   return {-ng, 0};
+}
+
+bool seen_by_bent_lobes(const ShadingPoint& point, const Bsdf& sharp, Vec3 to_eye) {
+  if (point.ns == point.ng || !bends_normal(point, to_eye)) return false;
+  bool reflects_light = false;
+  for (int i = 0; i < sharp.lobe_count(); ++i) {
+    const Lobe& lobe = sharp.lobe(i);
+    if (lobe.kind == LobeKind::Transparent) continue;
+    if (lobe.is_delta() || transmits(lobe.kind)) return false;
+    reflects_light = true;
+  }
+  return reflects_light;
 }
 
 void PhotonMap::build(std::vector<Photon> photons, std::vector<uint32_t>& order) {

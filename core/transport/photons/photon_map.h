@@ -74,6 +74,12 @@ struct SeenFrom {
 /// `ng`: on the side of the light.
 SeenFrom seen_from(const Bsdf& rough, Vec3 ng);
 
+/// Whether the walk from the eye finds the light that the sharp lobes of a surface scatter to it, so that it is not in
+/// the caustic map. A smooth normal is bent towards an eye at a grazing angle, to which a photon can hardly be reflected:
+/// without the bend, its lobes point elsewhere. This is for lobes that direct light can be sampled for, and for
+/// reflection alone.
+bool seen_by_bent_lobes(const ShadingPoint& point, const Bsdf& sharp, Vec3 to_eye);
+
 /// The radius of a pixel of the camera at a place that it sees directly.
 struct PixelRadius {
   Vec3 eye{0.0f};

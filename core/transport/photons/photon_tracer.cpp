@@ -218,7 +218,7 @@ class BlockTracer {
       if (split.rough() && !separated && lit) store(point, *split.rough(), flux, bounces, limits, out);
 
       sampler_.set_dimension(kEmissionDimensions + kBounceDimensions * vertex);
-      const auto sample = scatter(point, split, flux);
+      const auto sample = scatter(scene_.material(hit), point, split, flux);
       if (!sample) return;
       if (sample->flags & kTransparent) {
         if (!blocks || side == Side::Far) return;  // counted above, or on the near side
@@ -235,7 +235,8 @@ class BlockTracer {
       soft_lamp_.reset();
       if (separated && !keep_visible(point, *(was_rough_ ? split.rough() : split.sharp()), *sample, flux)) return;
       bounces.add(*sample);
-      bounces.only_sharp &= !was_rough_ && !on_strand_or_point(point);
+      bounces.only_sharp &= !was_rough_ && !on_strand_or_point(point) &&
+                            !seen_by_bent_lobes(point, *split.sharp(), sample->wi);
       if (!(emission_.plan.global && bounces.global(limits)) && !bounces.caustic(limits)) return;
       kind = ray_kind_after(*sample);
       ray = leave(point, hit, side, sample->wi);
@@ -347,7 +348,8 @@ class BlockTracer {
 
   /// Chooses the rough or the sharp lobes, draws a direction and updates `flux`. Russian roulette keeps the maximum
   /// component of `flux` constant, so that photons have about equal flux.
-  std::optional<BsdfSample> scatter(const ShadingPoint& point, const LobeSplit& split, Color& flux) {
+  std::optional<BsdfSample> scatter(const ShaderProgram& program, const ShadingPoint& point, const LobeSplit& split,
+                                    Color& flux) {
     const Bsdf* bsdf = split.rough() ? split.rough() : split.sharp();
     if (!bsdf) return std::nullopt;
     float probability = 1.0f;
@@ -373,14 +375,29 @@ class BlockTracer {
       if (rough) sample->pdf_solid_angle += guide->pdf_at(point.position, sample->wi) / probability;
     }
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) return std::nullopt;
-    float correction = 1.0f;
-    if (!(sample->flags & kTransparent)) correction = shading_normal_correction(*bsdf, point.wo, sample->wi);
-    const Color scattered = flux * sample->f_cos * (correction / (sample->pdf_solid_angle * probability));
+    const Color scattered = flux * towards_eye(program, point, *bsdf, rough, *sample) /
+                            (sample->pdf_solid_angle * probability);
     const float survival = std::min(1.0f, max_component(glm::abs(scattered)) / max_component(glm::abs(flux)));
     if (!(survival > 0.0f) || !is_finite(scattered) || sampler_.get_1d() >= survival) return std::nullopt;
     flux = scattered / survival;
     was_rough_ = rough;
     return sample;
+  }
+
+  /// The value f |cos| of the sample for the transport of light. Lobes that depend on the view are made again for the
+  /// eye, which the photon approaches; those of `bsdf` were made for the direction of the light.
+  Color towards_eye(const ShaderProgram& program, const ShadingPoint& point, const Bsdf& bsdf, bool rough,
+                    const BsdfSample& sample) const {
+    if (sample.flags & kTransparent) return sample.f_cos;
+    if (sample.specular || !depends_on_view(program, point, bsdf, sample.wi)) [[likely]]
+      return sample.f_cos * shading_normal_correction(bsdf, point.wo, sample.wi);
+    SurfaceShading seen;
+    program.evaluate_surface(turned_towards(point, sample.wi), seen);
+    const LobeSplit split(seen.bsdf, sample.wi, on_strand_or_point(point));
+    const Bsdf* lobes = rough ? split.rough() : split.sharp();
+    if (!lobes) return Color(0.0f);
+    const float to_light = std::abs(glm::dot(point.wo, point.ng)), to_eye = std::abs(glm::dot(sample.wi, point.ng));
+    return to_light > 0.0f ? lobes->evaluate(sample.wi, point.wo).f_cos * (to_eye / to_light) : Color(0.0f);
   }
 
   /// Multiplies flux with the part of the scattering by lobes that see the light; false if there is none.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "gate.h"
+#include "graph_fixtures.h"
 #include "math/statistics.h"
 #include "once.h"
 #include "renders.h"
@@ -94,6 +95,48 @@ TEST_P(PhotonMapping, agrees_with_the_path_tracer_with_rough_and_sharp_glossy_su
   add_object(d, sphere(), add_material(d, "ShaderNodeBsdfGlossy", Color(0.8f), 0.1f),
              placed(Vec3(-0.4f, 0.4f, -0.6f), 0.4f));
   expect_agreement(GetParam(), d, 32, 512, 8, 0.025);
+}
+
+TEST_P(PhotonMapping, caustics_of_a_polished_box_with_smooth_normals_agree_with_the_path_tracer) {
+  // The normals are those of a ball. Walks from the eye bend them at grazing angles, walks from the lamp do not. The
+  // lamp lights the box only.
+  SceneDescription d;
+  add_object(d, plane(1.0f), add_diffuse(d, Color(0.8f)));
+  MeshDescription box = cube();
+  box.normal_domain = Domain::Vertex;
+  for (const Vec3& p : box.positions) box.normals.push_back(glm::normalize(p));
+  Mat4 low = placed(Vec3(0.0f, 0.0f, 0.125f), 0.18f);
+  low[2].z = 0.125f;
+  add_object(d, box, add_material(d, "ShaderNodeBsdfGlossy", Color(0.9f), 0.1f), low);
+  d.objects.back().receiver_set = 1;
+  d.lights.push_back(point_light(Vec3(0.0f, 0.0f, 0.55f), 10.0f, 0.26f));
+  d.lights.back().links.receivers = 0b10;
+  d.lights[0].visibility &= ~uint32_t(kVisibleCamera);
+  set_camera(d, Vec3(0.6f, 0.2f, 1.2f), Vec3(0.3f, 0.0f, 0.0f), 12, 0.5f);
+  d.settings.bounces = {1, 1, 1, 0, 0, 0};
+  d.settings.photons = 20000;
+  expect_agreement(GetParam(), d, 64, 8192, 8, 0.02, 0.03);
+}
+
+TEST_P(PhotonMapping, light_scattered_by_materials_that_depend_on_the_view_is_that_for_the_eye) {
+  // The floor is dark from above and bright from the side. The lamp above it lights the walls by way of the floor only.
+  SceneDescription d = lit_room(12, kFewPhotons);
+  GraphBuilder b;
+  const int weight = b.node("ShaderNodeLayerWeight", {value_input("Blend", 0.5f)});
+  b.graph.surface = {
+      b.node("ShaderNodeBsdfDiffuse", {linked_input("Color", weight, "Facing"), value_input("Roughness", 0.0f)}),
+      "BSDF"};
+  MaterialDescription silk;
+  silk.name = "Silk";
+  silk.graph = b.graph;
+  d.materials.push_back(silk);
+  add_object(d, plane(1.0f), int(d.materials.size()) - 1, placed(Vec3(0.0f, 0.0f, -0.9f), 1.0f));
+  LightDescription spot = point_light(Vec3(0), 20.0f, 0.05f);
+  spot.kind = LightKind::Spot;
+  spot.spot_angle = 0.6f;
+  spot.world_from_light = rows(Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, 0.8f, 1)));
+  d.lights = {spot};
+  expect_agreement(GetParam(), d, 48, 512, 8, 0.02);
 }
 
 TEST_P(PhotonMapping, direct_light_from_both_sides_of_a_translucent_sheet_is_complete) {
