@@ -408,6 +408,10 @@ bool ShaderProgram::has_subsurface() const {
   return std::any_of(data_->scattering.begin(), data_->scattering.end(), has_walk);
 }
 
+static bool is_one_of(ClosureKind kind, std::initializer_list<ClosureKind> kinds) {
+  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+}
+
 bool ShaderProgram::enters_after_diffuse() const {
   return std::any_of(data_->scattering.begin(), data_->scattering.end(),
                      [](const Closure& closure) { return has_walk(closure) && closure.inputs.enters_after_diffuse; });
@@ -416,27 +420,21 @@ bool ShaderProgram::enters_after_diffuse() const {
 bool ShaderProgram::subsurface_has_normal() const { return data_->subsurface_has_normal; }
 
 bool ShaderProgram::may_be_rough(float roughness) const {
+  using enum ClosureKind;
+  return may_be_rough_glossy(roughness) ||
+         std::any_of(data_->scattering.begin(), data_->scattering.end(), [](const Closure& c) {
+           return is_one_of(c.kind, {Diffuse, Translucent, Velvet, ToonDiffuse, Subsurface, Sheen, Principled,
+                                     PrincipledHair, HairReflection, HairTransmission});
+         });
+}
+
+bool ShaderProgram::may_be_rough_glossy(float roughness) const {
+  using enum ClosureKind;
   return std::any_of(data_->scattering.begin(), data_->scattering.end(), [=](const Closure& c) {
-    switch (c.kind) {
-      case ClosureKind::Diffuse:
-      case ClosureKind::Translucent:
-      case ClosureKind::Velvet:
-      case ClosureKind::ToonDiffuse:
-      case ClosureKind::ToonGlossy:
-      case ClosureKind::Subsurface:
-      case ClosureKind::Sheen:
-      case ClosureKind::PrincipledHair:
-      case ClosureKind::HairReflection:
-      case ClosureKind::HairTransmission:
-      case ClosureKind::Principled: return true;
-      case ClosureKind::Metallic:
-      case ClosureKind::Glossy:
-      case ClosureKind::Glass:
-      case ClosureKind::Refraction:
-        return !c.patches.empty() ||
-               (c.inputs.roughness >= roughness && c.inputs.distribution != closures::Distribution::Sharp);
-      default: return false;
-    }
+    if (c.kind == ToonGlossy) return true;
+    const bool rough = !c.patches.empty() ||
+                       (c.inputs.roughness >= roughness && c.inputs.distribution != closures::Distribution::Sharp);
+    return rough && is_one_of(c.kind, {Principled, Metallic, Glossy, Glass, Refraction});
   });
 }
 

@@ -92,8 +92,9 @@ class ShaderProgram {
   bool has_surface() const;            ///< false for an object that only encloses a volume: its surface is invisible
   bool medium_varies() const;          ///< the medium varies within one object
   /// may_be_rough: some lobe can be diffuse or have at least this roughness. may_be_smooth: some lobe can have less.
-  /// Transparent lobes do not count.
+  /// Transparent lobes do not count. may_be_rough_glossy: like may_be_rough, but diffuse lobes do not count.
   bool may_be_rough(float roughness) const;
+  bool may_be_rough_glossy(float roughness) const;
   bool may_be_smooth(float roughness) const;
   /// The lobes can depend on the direction for which they are made, in ways that Bsdf does not account for when
   /// directions are swapped: Fresnel and Layer Weight nodes, bumped normals, coats, the visible side.

@@ -10,15 +10,6 @@
 #include "shading/bsdf/lobe.h"
 
 namespace ajar {
-namespace {
-
-bool is_diffuse(LobeKind kind) {
-  return kind == LobeKind::Diffuse || kind == LobeKind::PrincipledDiffuse || kind == LobeKind::Translucent ||
-         kind == LobeKind::Sheen || kind == LobeKind::MicrofiberSheen || kind == LobeKind::Velvet ||
-         kind == LobeKind::ToonDiffuse || kind == LobeKind::PrincipledRetro;
-}
-
-}  // namespace
 
 Bsdf& Bsdf::operator=(const Bsdf& other) {
   ng = other.ng;

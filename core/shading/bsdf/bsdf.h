@@ -59,6 +59,11 @@ enum class LobeKind : uint8_t {
   HairHuang     ///< a fibre with rough facets (huang.h)
 };
 
+constexpr bool is_diffuse(LobeKind kind) {
+  return kind == LobeKind::Diffuse || kind == LobeKind::PrincipledDiffuse || kind == LobeKind::Translucent ||
+         kind == LobeKind::Sheen || kind == LobeKind::MicrofiberSheen || kind == LobeKind::Velvet ||
+         kind == LobeKind::ToonDiffuse || kind == LobeKind::PrincipledRetro;
+}
 constexpr bool is_microfacet(LobeKind kind) {
   return kind == LobeKind::MicrofacetReflection || kind == LobeKind::MicrofacetRefraction ||
          kind == LobeKind::MicrofacetGlass || kind == LobeKind::MicrofacetThin;

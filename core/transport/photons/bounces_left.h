@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <bit>
 
+#include "description/settings.h"
 #include "math/types.h"
+#include "shading/bsdf/bsdf.h"
 
 namespace ajar {
 
@@ -52,6 +54,50 @@ class PackedBounces {
   /// The bits above the fields where a is at least b.
   static constexpr uint32_t differences(uint32_t a, uint32_t b) { return ((a | kAbove) - b) & kAbove; }
   uint32_t bits_;
+};
+
+/// The bounces of a photon so far, for comparison with the limits. A stored photon has one more scattering (caustics) or
+/// two more (global map) before it reaches the eye.
+struct PhotonBounces {
+  BounceCounts counts;  ///< without the kind of the scattering next to the light
+  bool only_sharp = true, diffuse_at_first = false;
+
+  void add(const BsdfSample& sample) {
+    const bool is_diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
+    if (counts.total++ == 0) {
+      diffuse_at_first = is_diffuse;
+      return;
+    }
+    counts.diffuse += is_diffuse;
+    counts.glossy += !is_diffuse && !transmitted;
+    counts.transmission += transmitted;
+  }
+  void add_volume() {
+    counts.volume += counts.total > 0;
+    ++counts.total;
+    only_sharp = false;
+  }
+  /// Whether there may be a lookup in the global map with bounces within the limits. `rough_glossy`: some rough lobes are
+  /// not diffuse. `next_is_diffuse`: those of the place at which the photon arrives are.
+  bool global(const BounceLimits& limits, bool rough_glossy, bool next_is_diffuse = false) const {
+    const bool diffuse_left = rough_glossy ? counts.diffuse + (next_is_diffuse && counts.total > 0) <= limits.diffuse
+                                           : counts.diffuse + diffuse_at_first < limits.diffuse;
+    return counts.total < limits.total && diffuse_left && others(limits);
+  }
+  bool caustic(const BounceLimits& limits) const {
+    return only_sharp && counts.total > 0 && counts.total <= limits.total && others(limits);
+  }
+  PackedBounces left(const BounceLimits& limits) const {
+    if (counts.total == 0) return {};  // the eye's side is within the limits, and no other scattering counts
+    return PackedBounces({limits.total - counts.total, limits.diffuse - counts.diffuse, limits.glossy - counts.glossy,
+                          limits.transmission - counts.transmission, limits.volume - counts.volume});
+  }
+
+ private:
+  bool others(const BounceLimits& limits) const {
+    return counts.glossy <= limits.glossy && counts.transmission <= limits.transmission &&
+           counts.volume <= limits.volume;
+  }
 };
 
 /// Flux with a PackedBounces in the lowest bits of its mantissas. It is rounded to 14 significant bits.

@@ -23,44 +23,12 @@ constexpr uint32_t kMediaDimension = 4096, kMediaDimensions = 8;    // for each 
 constexpr uint32_t kChanceDimension = 16384;                        // plus the vertex
 constexpr uint32_t kSideDimension = 20480;                          // plus the vertex
 
-/// Bounces so far, for comparison with the limits, which are for the whole path. The scattering next to the light counts
-/// in the total only. A stored photon has one more bounce (caustics) or two more (global map) before it reaches the eye.
-struct Bounces {
-  BounceCounts counts;
-  bool only_sharp = true, diffuse_at_first = false;
-  void add(const BsdfSample& sample) {
-    const bool is_diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
-    if (counts.total++ == 0) {
-      diffuse_at_first = is_diffuse;
-      return;
-    }
-    counts.diffuse += is_diffuse;
-    counts.glossy += !is_diffuse && !transmitted;
-    counts.transmission += transmitted;
-  }
-  void add_volume() {
-    counts.volume += counts.total > 0;
-    ++counts.total;
-    only_sharp = false;
-  }
-  bool global(const BounceLimits& limits) const {
-    return counts.total < limits.total && counts.diffuse + diffuse_at_first < limits.diffuse && others(limits);
-  }
-  bool caustic(const BounceLimits& limits) const {
-    return only_sharp && counts.total > 0 && counts.total <= limits.total && others(limits);
-  }
-  PackedBounces left(const BounceLimits& limits) const {
-    if (counts.total == 0) return {};  // the eye's side is within the limits, and no other scattering counts
-    return PackedBounces({limits.total - counts.total, limits.diffuse - counts.diffuse, limits.glossy - counts.glossy,
-                          limits.transmission - counts.transmission, limits.volume - counts.volume});
-  }
-
- private:
-  bool others(const BounceLimits& limits) const {
-    return counts.glossy <= limits.glossy && counts.transmission <= limits.transmission &&
-           counts.volume <= limits.volume;
-  }
-};
+/// Whether all lobes are diffuse.
+bool scatters_diffusely(const Bsdf& bsdf) {
+  for (int i = 0; i < bsdf.lobe_count(); ++i)
+    if (!is_diffuse(bsdf.lobe(i).kind)) return false;
+  return true;
+}
 
 /// Rounding can place the start of a ray from a triangle below the triangle.
 Ray leave_light(const LightSet& lights, uint32_t index, const LightRay& start) {
@@ -164,7 +132,7 @@ class BlockTracer {
 
   void walk(Ray ray, Color flux, PhotonBatch& out) {
     const BounceLimits& limits = scene_.settings().bounces;
-    Bounces bounces;
+    PhotonBounces bounces;
     ShadingPoint point;
     uint32_t kind = kRayShadow;
     int crossed = 0;
@@ -178,7 +146,7 @@ class BlockTracer {
         if (outcome == InMedia::End) return;
         if (outcome == InMedia::Scattered) {
           bounces.add_volume();
-          if (!emission_.plan.global || !bounces.global(limits)) return;
+          if (!emission_.plan.global || !bounces.global(limits, emission_.plan.rough_glossy)) return;
           kind = kRayVolumeScatter;
           continue;
         }
@@ -237,7 +205,8 @@ class BlockTracer {
       bounces.add(*sample);
       bounces.only_sharp &= !was_rough_ && !on_strand_or_point(point) &&
                             !seen_by_bent_lobes(point, *split.sharp(), sample->wi);
-      if (!(emission_.plan.global && bounces.global(limits)) && !bounces.caustic(limits)) return;
+      if (!(emission_.plan.global && bounces.global(limits, emission_.plan.rough_glossy)) && !bounces.caustic(limits))
+        return;
       kind = ray_kind_after(*sample);
       ray = leave(point, hit, side, sample->wi);
     }
@@ -321,16 +290,18 @@ class BlockTracer {
     return InMedia::Scattered;
   }
 
-  void store(const ShadingPoint& point, const Bsdf& rough, Color flux, const Bounces& bounces,
+  void store(const ShadingPoint& point, const Bsdf& rough, Color flux, const PhotonBounces& bounces,
              const BounceLimits& limits, PhotonBatch& out) {
     const float cosine = glm::dot(point.wo, point.ng);
     if (!(cosine > 1e-6f)) return;
+    const bool global = emission_.plan.global &&
+                        bounces.global(limits, emission_.plan.rough_glossy, scatters_diffusely(rough)),
+               caustic = emission_.plan.caustic && bounces.caustic(limits);
     const SeenFrom side = seen_from(rough, point.ng);
     if (emission_.values) {
       const double y = double(luminance(glm::abs(flux))) / double(cosine);
-      if (emission_.plan.caustic && bounces.caustic(limits))
-        value_ += y * std::sqrt(emission_.values->density(ArrivalMap::kSeen, point.position, side.normal));
-      if (emission_.plan.global && bounces.global(limits))
+      if (caustic) value_ += y * std::sqrt(emission_.values->density(ArrivalMap::kSeen, point.position, side.normal));
+      if (global)
         value_ += y * std::sqrt(emission_.values->density(ArrivalMap::kGathered, point.position, side.normal));
       return;
     }
@@ -338,8 +309,8 @@ class BlockTracer {
                         flux / cosine,
                         pack_direction_short(point.wo) | kernels_.packed(point.ray_length) | side.flags,
                         bounces.left(limits)};
-    if (emission_.plan.caustic && bounces.caustic(limits)) out.caustic.push_back(photon);
-    if (emission_.plan.global && bounces.global(limits)) {
+    if (caustic) out.caustic.push_back(photon);
+    if (global) {
       out.global.push_back(photon);
       if (emission_.site_stride > 0 && out.global.size() % emission_.site_stride == 0 && is_plain_lambert(rough))
         out.sites.push_back({photon.point, rough.n});
@@ -459,6 +430,7 @@ PhotonPlan plan_photons(const Scene& scene) {
   for (const ShaderProgram& program : scene.programs()) {
     rough |= program.may_be_rough(kSharpRoughness);
     smooth |= program.may_be_smooth(kSharpRoughness);
+    plan.rough_glossy |= program.may_be_rough_glossy(kSharpRoughness);
   }
   const BounceLimits& limits = scene.settings().bounces;
   if (scene.lights().empty()) {
@@ -466,7 +438,7 @@ PhotonPlan plan_photons(const Scene& scene) {
   } else if (scene.instances().empty() || !rough) {
     plan.global_reason = plan.caustic_reason = "no surface is rough enough to hold photons";
   } else {
-    plan.global = limits.total > 0 && limits.diffuse > 0;
+    plan.global = limits.total > 0 && (limits.diffuse > 0 || plan.rough_glossy);
     plan.global_reason = plan.global ? "light may arrive from rough surfaces"
                                      : "the bounce limits allow direct light only";
     plan.caustic = smooth && limits.total > 0;

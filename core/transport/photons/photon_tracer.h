@@ -35,6 +35,7 @@ struct PhotonPlan {
   bool global = false, caustic = false;
   const char* global_reason = "";
   const char* caustic_reason = "";
+  bool rough_glossy = false;  ///< gather rays may start or end at rough lobes that are not diffuse
 };
 PhotonPlan plan_photons(const Scene& scene);
 

@@ -179,6 +179,15 @@ TEST_P(PhotonMapping, bounce_limits_are_for_whole_paths) {
   }
 }
 
+TEST_P(PhotonMapping, the_last_diffuse_bounce_is_seen_by_rough_reflection) {
+  // The ball reflects walls whose light may not be scattered by a further diffuse surface.
+  SceneDescription d = lit_room(12, kFewPhotons);
+  add_object(d, sphere(), add_material(d, "ShaderNodeBsdfGlossy", Color(0.9f), 0.5f),
+             placed(Vec3(0.1f, 0.4f, -0.1f), 0.5f));
+  d.settings.bounces = {12, 0, 4, 4, 8, 0};
+  expect_agreement(GetParam(), d, 64, 2048, 8, 0.02, 0.02);
+}
+
 TEST_P(PhotonMapping, caustic_of_a_glass_ball_agrees_with_the_path_tracer) {
   SceneDescription d;
   add_object(d, plane(2.0f), add_diffuse(d, Color(0.8f)));
