@@ -10,7 +10,8 @@
 // hair and walks below surfaces are path traced from the eye up to the next surface that stores photons; photons pass
 // them too. Gather rays also start where a medium scatters a camera ray. All photons and samples of a pass have the
 // same time. Bounce limits apply to the whole path (transport/photons/bounces_left.h), but that of transparent surfaces to
-// each side of the map.
+// each side of the map. Not handled: sharp lobes that a material has for some directions of view only (Layer Weight)
+// scatter no photons that arrive from the others.
 #pragma once
 
 #include "integrators/integrator.h"
