@@ -146,7 +146,7 @@ class BlockTracer {
         if (outcome == InMedia::End) return;
         if (outcome == InMedia::Scattered) {
           bounces.add_volume();
-          if (!emission_.plan.global || !bounces.global(limits, emission_.plan.rough_glossy)) return;
+          if (!may_be_global(bounces, limits)) return;
           kind = kRayVolumeScatter;
           continue;
         }
@@ -203,13 +203,19 @@ class BlockTracer {
       soft_lamp_.reset();
       if (separated && !keep_visible(point, *(was_rough_ ? split.rough() : split.sharp()), *sample, flux)) return;
       bounces.add(*sample);
-      bounces.only_sharp &= !was_rough_ && !on_strand_or_point(point) &&
-                            !seen_by_bent_lobes(point, *split.sharp(), sample->wi);
-      if (!(emission_.plan.global && bounces.global(limits, emission_.plan.rough_glossy)) && !bounces.caustic(limits))
-        return;
+      bounces.only_sharp &= is_caustic(point, split, sample->wi);
+      if (!may_be_global(bounces, limits) && !bounces.caustic(limits)) return;
       kind = ray_kind_after(*sample);
       ray = leave(point, hit, side, sample->wi);
     }
+  }
+
+  bool may_be_global(const PhotonBounces& bounces, const BounceLimits& limits) const {
+    return emission_.plan.global && bounces.global(limits, emission_.plan.rough_glossy);
+  }
+  /// Whether the caustic map has the light that was scattered last, if it had all light before.
+  bool is_caustic(const ShadingPoint& point, const LobeSplit& split, Vec3 to_eye) const {
+    return !was_rough_ && !on_strand_or_point(point) && !seen_by_bent_lobes(point, *split.sharp(), to_eye);
   }
 
   enum class Side : uint8_t { Any, Near, Far };
