@@ -138,7 +138,7 @@ class Sampler {
  private:
   /// The first two dimensions of a scrambled Sobol point that uses up `count` dimensions of the sample. `shuffled` is the
   /// point's shuffled index, bits reversed, and `seed_y` the seed of the second dimension.
-  Vec2 pair_of(uint32_t count, uint32_t& shuffled, uint32_t& seed_y) {
+  [[gnu::always_inline]] Vec2 pair_of(uint32_t count, uint32_t& shuffled, uint32_t& seed_y) {
     const uint32_t seed = hash32(unit_seed_ ^ (dimension_ * 0x9e3779b9U));
     dimension_ += count;
     shuffled = sobol::reverse_bits(sobol::laine_karras_permutation(index_reversed_, seed));
