@@ -169,7 +169,7 @@ def write_page(found: list[Comparison], docs: Path, samples: int, version: str, 
               "seeds, without clamping, Filter Glossy and denoising. Values are limited to 0 (Cycles emits negative light) and twice the 99.5th percentile of Cycles. A block of 16 × 16 pixels "
               "is outside if it differs by more than 1 % plus three standard errors. CPU times include export and build. The variance is that of a pixel, relative to its squared "
               "value, without the worst 1 % of the pixels; times the CPU time, it says how long Ajar takes for the noise of Cycles.", "", "## Sheets", "",
-              ("The files that are far from Cycles, i" if sheets == "far" else "I") + "n the order of the table, in rows: Cycles, Ajar, difference (grey: none; black and "
+              ("The files that are far from Cycles, in" if sheets == "far" else "In") + " the order of the table, in rows: Cycles, Ajar, difference (grey: none; black and "
               "white: as large as the light).", ""]
     pngs = []
     drawn = [c for c in shown if c.is_far or sheets == "all"]

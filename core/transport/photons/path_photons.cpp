@@ -21,7 +21,7 @@ struct Events {
 Events events_at(const Path& path, int i, uint32_t visibility) {
   const PathVertex& vertex = path.vertices[size_t(i)];
   const glm::dvec3 f(path.scattering[size_t(i)].f);
-  if (vertex.kind == VertexKind::Medium) return {f, glm::dvec3(0.0), true, true, true};
+  if (vertex.kind == VertexKind::Medium) return {.rough = f, .continues = true, .gathers = true};
   if (on_strand_or_point(vertex.point)) return {f, glm::dvec3(0.0), true};
   if (vertex.specular) return {glm::dvec3(0.0), f};
   if (!has_rough_lobe(vertex.shading.bsdf))

@@ -122,10 +122,10 @@ bool PhotonDiscs::sees(const SurfacePoint& at, Vec3 normal, Vec3 position, float
 
 /// Rays from above a photon to points of its disc.
 struct PhotonDiscs::Look {
-  const Scene& scene;
+  const PhotonDiscs& discs;
   const SurfacePoint& at;
   Frame frame;
-  float radius, time;
+  float radius;
   ShadingPoint point;
   uint32_t wall_direction;  ///< of the last wall that was found
 
@@ -135,11 +135,11 @@ struct PhotonDiscs::Look {
     const Vec3 above = frame.n * height, aside = (frame.s * std::cos(angle) + frame.t * std::sin(angle)) * distance;
     const float length = std::sqrt(distance * distance + height * height);
     const bool found = hits(at.position + above, (aside - above) / length, 1.5f * length);
-    const Vec3 behind = glm::dot(point.ng, point.wo) > 0.0f ? -point.ng : point.ng;
     const float level = found ? glm::dot(point.position - at.position, frame.n) : 0.0f;
     if (found && std::abs(level) <= kLevel * height && is_surface(level)) return kSurface;
     // The ray meets curved surface elsewhere than above the tested point. A perpendicular ray finds what is there.
     if (!found || level < 0.0f || is_surface(level)) return surface_at(aside, above);
+    const Vec3 behind = glm::dot(point.ng, point.wo) > 0.0f ? -point.ng : point.ng;
     const float x = glm::dot(behind, frame.s), y = glm::dot(behind, frame.t);
     const float to_wall = std::max(0.0f, glm::dot(point.position - at.position, behind) / std::sqrt(x * x + y * y));
     if (to_wall > radius) return kNothing;
@@ -155,10 +155,10 @@ struct PhotonDiscs::Look {
     ray.origin = origin;
     ray.direction = direction;
     ray.t_max = t_max;
-    ray.time = time;
-    const Hit hit = scene.intersect(ray, kAnyRay);
+    ray.time = discs.time_;
+    const Hit hit = discs.scene_->intersect(ray, kAnyRay);
     if (!hit.found()) return false;
-    scene.shading_point(ray, hit, point);
+    discs.scene_->shading_point(ray, hit, point);
     return true;
   }
   /// Whether the last hit, at this height, is surface of the disc.
@@ -170,18 +170,15 @@ struct PhotonDiscs::Look {
   uint32_t surface_at(Vec3 aside, Vec3 above) {
     const float height = height_of(radius);
     if (!hits(at.position + aside + above, -frame.n, height + thickness_of(radius))) return kNothing;
-    const Vec3 offset = point.position - at.position;
-    if (!is_surface(glm::dot(offset, frame.n))) return kNothing;
-    const Vec3 sight = offset - above;
-    const float distance = glm::length(sight);
-    return hits(at.position + above, sight / distance, 0.99f * distance) ? kNothing : kSurface;
+    if (!is_surface(glm::dot(point.position - at.position, frame.n))) return kNothing;
+    return discs.sees(at, frame.n, point.position, height) ? kSurface : kNothing;
   }
 };
 
 uint64_t PhotonDiscs::look_around(uint32_t photon, const SurfacePoint& at, float reach) const {
   Around& around = around_[photon];
   const uint32_t size = size_for(reach, radius_);
-  Look look{*scene_, at, Frame(unpack_direction(at.packed_normal)), radius_ * kSizes[size], time_, {}, 0};
+  Look look{*this, at, Frame(unpack_direction(at.packed_normal)), radius_ * kSizes[size], {}, 0};
   Pcg32 random(hash_combine(seed_, photon), photon);
   const uint32_t numbers = random.next();
   uint64_t known = kKnown | kLonely | uint64_t(numbers & 7u) << kTurnShift |

@@ -56,9 +56,7 @@ BounceCounts bounces_of(const ShadingPoint& point, const EyeMedia& media) {
 }
 
 /// Whether the sharp lobes of a place can be ones from which walks find light that photons do not bring.
-bool may_find_light(const ShadingPoint& point) {
-  return on_strand_or_point(point) || (point.ns != point.ng && bends_normal(point, point.wo));
-}
+bool may_find_light(const ShadingPoint& point) { return on_strand_or_point(point) || bends_normal(point, point.wo); }
 
 /// Density that competes with light sampling for the light that this sample's ray hits; 0: light sampling cannot find it.
 float hit_pdf(const BsdfSample& sample) { return sample.specular ? 0.0f : sample.pdf_solid_angle; }
@@ -353,7 +351,8 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
       radiance += beta * at_rough(point, *split.rough(), {media, walk.hit}, near ? depth + 1 : 0, {sampler, base});
     }
     if (!split.sharp()) break;
-    // No photons are stored on hair and points: direct light is sampled here, and the ray that goes on finds all other light.
+    // No photons are stored on hair and points, and the caustic map has no light of bent lobes: direct light is sampled
+    // here, and the ray that goes on finds all other light.
     finds_all = finds_all || on_strand_or_point(point) || seen_by_bent_lobes(point, *split.sharp(), point.wo);
     if (finds_all && !at_bounce_limit)
       radiance += beta * direct_light(point, *split.sharp(), {media, walk.hit}, sampler, base + kSharpLight);

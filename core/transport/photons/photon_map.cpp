@@ -24,7 +24,7 @@ SeenFrom seen_from(const Bsdf& rough, Vec3 ng) {
 }
 
 bool seen_by_bent_lobes(const ShadingPoint& point, const Bsdf& sharp, Vec3 to_eye) {
-  if (point.ns == point.ng || !bends_normal(point, to_eye)) return false;
+  if (!bends_normal(point, to_eye)) return false;
   bool reflects_light = false;
   for (int i = 0; i < sharp.lobe_count(); ++i) {
     const Lobe& lobe = sharp.lobe(i);

@@ -35,11 +35,15 @@ SceneDescription mixed_surfaces() {
   d.objects.front().materials = d.objects.back().materials;
   return d;
 }
-/// The same scene in a black room, in which narrow slats are lit: much narrower than the disc in which photons are
-/// looked up.
-SceneDescription slats_and_mirror() {
+/// The same scene in a black room, with a large disc in which photons are looked up.
+SceneDescription in_black_room() {
   SceneDescription d = pane_and_mirror(0.15f);
   d.objects.front().materials = {add_diffuse(d, Color(0.0f))};
+  return d;
+}
+/// Narrow slats are lit, much narrower than the disc.
+SceneDescription slats_and_mirror() {
+  SceneDescription d = in_black_room();
   const int slat = add_diffuse(d, Color(0.8f));
   for (int k = 0; k < 8; ++k) {
     Mat4 place = moved(Vec3(0.2f * float(k) - 0.7f, 0.0f, -0.3f), 0.7f);
@@ -48,10 +52,9 @@ SceneDescription slats_and_mirror() {
   }
   return d;
 }
-/// The same scene in a black room, in which pebbles are lit: flat ellipsoids about as large as the disc.
+/// Pebbles are lit: flat ellipsoids about as large as the disc.
 SceneDescription pebbles_and_mirror() {
-  SceneDescription d = pane_and_mirror(0.15f);
-  d.objects.front().materials = {add_diffuse(d, Color(0.0f))};
+  SceneDescription d = in_black_room();
   const int pebble = add_diffuse(d, Color(0.8f));
   for (int k = 0; k < 25; ++k) {
     Mat4 place = moved(Vec3(0.3f * float(k % 5) - 0.6f, 0.3f * float(k / 5) - 0.6f, -0.3f), 0.1f);
