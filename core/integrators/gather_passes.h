@@ -2,6 +2,8 @@
 // shrink from pass to pass, and the film rendered from them.
 #pragma once
 
+#include <functional>
+
 #include "film/filter.h"
 #include "integrators/integrator.h"
 #include "transport/bidirectional/further_samples.h"
@@ -26,8 +28,10 @@ class GatherPasses {
   void add_sites(std::vector<IrradianceSite> sites) { sites_ = std::move(sites); }
   /// Sets the radii of this pass. Those of the first pass follow from the positions of photons, without their flux.
   void choose_radii(const std::vector<Photon>& global, const std::vector<Photon>& caustic);
-  void build_maps(std::vector<Photon> global, std::vector<Photon> caustic);
-  /// Called before the first pass: logs where passes will look up the maps.
+  /// `weigh`: called for each map and its radius before it is used, or empty.
+  using Weigh = std::function<void(ArrivalMap::Place, PhotonMap&, float radius)>;
+  void build_maps(std::vector<Photon> global, std::vector<Photon> caustic, const Weigh& weigh = {});
+  /// Called before the first pass, with its radii: logs where passes will look up the maps.
   void log_lookups(const Film& film, const std::atomic<bool>& stop);
   /// Renders one sample of the average pixel, by the film's goals if any are set, and ends the pass.
   void render(Film& film, const std::atomic<bool>& stop);
@@ -36,6 +40,8 @@ class GatherPasses {
   float time() const { return time_of_pass(*scene_, seed_, pass_); }
   float global_radius() const { return maps_.global_radius; }
   float caustic_radius() const { return maps_.caustic_radius; }
+  /// The shortest gather rays whose lookups are logged. The same in all passes.
+  float shortest_logged() const { return gather_.shortest_logged; }
   void add_statistics(IntegratorStatistics& statistics) const;
   /// At most `max_count` photons of the last pass; only those of chains if there are chains.
   PhotonPoints photons(uint64_t max_count) const;

@@ -127,36 +127,58 @@ class Mps final : public Integrator {
     if (!followed_.hints().empty()) ensemble_.watch(followed_.hints());
   }
 
-  /// Builds the maps from photons of chains and plain photons. Each is weighted by the share of its kind in the density
-  /// of both at its position (balance heuristic).
-  void make_maps(const Film& film, const std::atomic<bool>& stop) {
-    const uint32_t pass = passes_.pass(), steps = passes_.photon_count();
-    if (pass == 0) {
-      passes_.log_lookups(film, stop);
-      if (!ensemble_.begin(*space_, mutations_, seed_, kSeeds, stop)) return;
-    }
+  /// The photons that the states of the chains of a pass leave, for each chain.
+  std::vector<Deposit> run_chains(const std::atomic<bool>& stop) {
+    const uint32_t steps = passes_.photon_count();
     std::vector<Deposit> deposits(ensemble_.size());
-    const TimeWindow window(*scene_, passes_.time(), pass);
+    const TimeWindow window(*scene_, passes_.time(), passes_.pass());
     const double scale = ensemble_.brightness() / (double(steps) * window.share());
     ensemble_.run(steps, stop, [&](size_t chain, const Path& path, double weight, Sampler&) {
       if (!window.contains(path.time())) return;
       PathPhoton found[2 * kMaxPathVertices];
-      const int count = photons_of(*space_, path, found, deposits[chain].refused);
+      const int count = photons_of(*space_, path, passes_.shortest_logged(), found, deposits[chain].refused);
       for (int k = 0; k < count; ++k) deposits[chain].add(found[k], float(scale * weight));
     });
+    return deposits;
+  }
+
+  /// Chooses the radii by plain photons and by photons of chains, which are then thrown away, because they do not know the
+  /// shortest gather rays. Then logs lookups.
+  void begin_passes(const Film& film, const PhotonBatch& plain, const std::atomic<bool>& stop) {
+    if (!ensemble_.begin(*space_, mutations_, seed_, kSeeds, stop)) return;
+    std::vector<Photon> independent[2] = {plain.global, plain.caustic};
+    const std::vector<Deposit> deposits = run_chains(stop);
+    for (int kind = 0; kind < 2; ++kind) {
+      size_t number = 0;
+      for (const Deposit& deposit : deposits)
+        for (const Deposit::Entry& entry : deposit.entries[kind])
+          if (number++ % kStatesAlike == 0) independent[kind].push_back(entry.photon);
+    }
+    passes_.choose_radii(independent[0], independent[1]);
+    passes_.log_lookups(film, stop);
+  }
+
+  /// Builds the maps from photons of chains and plain photons. Each is weighted by the share of its kind in the density
+  /// of both at its position (balance heuristic).
+  void make_maps(const Film& film, const std::atomic<bool>& stop) {
     PhotonEmission emission;
     emission.plan = plan_;
     emission.seed = seed_;
-    emission.pass = pass;
+    emission.pass = passes_.pass();
     emission.time = passes_.time();
     emission.count = passes_.photon_count();
     emission.site_stride = 0;
     PhotonBatch plain = trace_photons(*scene_, media_.get(), emission, stop);
     photon_rays_ += plain.rays;
+    if (passes_.pass() == 0)
+      begin_passes(film, plain, stop);
+    else
+      passes_.choose_radii({}, {});
+    const std::vector<Deposit> deposits = run_chains(stop);
     if (stop.load(std::memory_order_relaxed)) return;
 
     for (const Deposit& deposit : deposits) refused_photons_ += deposit.refused;
-    std::vector<Photon> photons[2], independent[2];
+    std::vector<Photon> photons[2];
     std::vector<const Deposit::Entry*> entries[2];
     for (int kind = 0; kind < 2; ++kind) {
       for (const Deposit& deposit : deposits)
@@ -166,39 +188,25 @@ class Mps final : public Integrator {
         }
       const std::vector<Photon>& more = kind == 1 ? plain.caustic : plain.global;
       photons[kind].insert(photons[kind].end(), more.begin(), more.end());
-      if (pass > 0) continue;
-      independent[kind] = more;
-      for (size_t i = 0; i < entries[kind].size(); i += kStatesAlike) independent[kind].push_back(photons[kind][i]);
     }
-    passes_.choose_radii(independent[0], independent[1]);
+    const double share = TimeWindow(*scene_, emission.time, emission.pass).share();
     // Photons per watt: `per_lookup` times W for chains, and `plain_density` for plain photons.
     const double watts = double(luminance(Color(Vec3(plain.emitted[0], plain.emitted[1], plain.emitted[2]))));
     const double plain_density = watts > 0.0 ? double(emission.count) / watts : 0.0;
     const double per_lookup = ensemble_.brightness() > 0.0
-                                  ? double(steps) * window.share() / kStatesAlike / ensemble_.brightness()
+                                  ? double(emission.count) * share / kStatesAlike / ensemble_.brightness()
                                   : 0.0;
-    for (int kind = 0; kind < 2; ++kind) {
-      const auto place = kind == 1 ? ArrivalMap::kSeen : ArrivalMap::kGathered;
-      const float radius = kind == 1 ? passes_.caustic_radius() : passes_.global_radius();
-      tbb::parallel_for(
-          tbb::blocked_range<size_t>(0, photons[kind].size(), 512), [&](const tbb::blocked_range<size_t>& range) {
-            for (size_t i = range.begin(); i != range.end(); ++i) {
-              Photon& photon = photons[kind][i];
-              const Vec3 position = photon.point.position, normal = unpack_direction(photon.point.packed_normal);
-              const ArrivalMap::Factors factors = arrivals_.factors(place, {position, normal, photon.transmits()},
-                                                                    radius, per_lookup, plain_density);
-              const double weight = i < entries[kind].size() ? factors.of_chain : factors.plain;
-              photon.flux_over_cosine *= float(weight);
-            }
-          });
-    }
     std::vector<IrradianceSite> sites;
     const uint32_t stride = passes_.site_stride(uint32_t(entries[0].size()));
     for (size_t i = 0; i < entries[0].size(); i += stride)
       if (entries[0][i]->lambert) sites.push_back({entries[0][i]->photon.point, entries[0][i]->shading_normal});
-    for (std::vector<Photon>& list : photons)
-      std::erase_if(list, [](const Photon& photon) { return is_black(photon.flux_over_cosine); });
-    passes_.build_maps(std::move(photons[0]), std::move(photons[1]));
+    const auto weigh = [&](ArrivalMap::Place place, PhotonMap& map, float radius) {
+      map.weigh([&](const PhotonMap::Weighable& photon) {
+        const ArrivalMap::Factors factors = arrivals_.factors(place, photon, radius, per_lookup, plain_density);
+        return photon.has(Photon::kOfChain) ? factors.of_chain : factors.plain;
+      });
+    };
+    passes_.build_maps(std::move(photons[0]), std::move(photons[1]), weigh);
     passes_.add_sites(std::move(sites));
   }
 

@@ -115,8 +115,7 @@ bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vec
           ++part.refused;
           return;
         }
-        part.photons.push_back({{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)},
-                                power,
+        part.photons.push_back({surface_point(vertex.point, glm::dot(ng, to_light) < 0.0f ? -ng : ng), power,
                                 pack_direction_short(to_light)});
         const auto since_first = [](int depth, int depth_there) {
           return uint8_t(std::clamp(depth - depth_there, 0, 255));
@@ -154,7 +153,7 @@ float VertexMerging::choose_first_radius() const {
                     (float(i / kProbes) + 0.5f) / kProbes * float(settings.height));
     const PathVertex* vertex = walks.find_merging_vertex(film, sampler);
     if (!vertex) continue;
-    const float reach = map_.reach({vertex->position(), pack_direction(vertex->point.ng)}, kReach, max_radius);
+    const float reach = map_.reach(surface_point(vertex->point, vertex->point.ng), kReach, max_radius);
     if (reach < max_radius) reaches.push_back(reach);
   }
   return median(reaches, max_radius);

@@ -8,8 +8,10 @@ namespace ajar {
 namespace {
 
 constexpr size_t kMaxArrivals = size_t(1) << 21;
-constexpr double kGrowth = 1.5;       // the trees are rebuilt when the number of passes has grown by this factor
-constexpr double kNeighbours = 16.0;  // for lookups of one pass; grows with the square root of the passes
+constexpr double kGrowth = 1.5;  // the trees are rebuilt when the number of passes has grown by this factor
+/// Nearest lookups in an estimate. Few, so that it follows an importance that varies within the radius. Its noise is
+/// nearly independent at each photon.
+constexpr int kNeighbours = 32;
 
 }  // namespace
 
@@ -36,40 +38,55 @@ void ArrivalMap::add(const std::vector<ArrivalLog>& pass) {
     for (Half& half : place) {
       half.tree.build(half.points, order);
       half.tree_throughputs.resize(order.size());
-      for (size_t i = 0; i < order.size(); ++i) half.tree_throughputs[i] = half.throughputs[order[i]];
+      double sum = 0.0;
+      for (size_t i = 0; i < order.size(); ++i) sum += double(half.tree_throughputs[i] = half.throughputs[order[i]]);
+      half.mean_throughput = order.empty() ? 0.0 : sum / double(order.size());
     }
   passes_built_ = passes_;
 }
 
-double ArrivalMap::inverse_density(Place place, int half, Vec3 position, Vec3 normal, float radius) const {
+template <class InLookup>
+ArrivalMap::Estimate ArrivalMap::estimate(Place place, int half, const SurfacePoint& at, float radius,
+                                          InLookup&& in_lookup) const {
   const Half& of = halves_[place][half];
+  if (of.tree.empty()) return {0.0, 0.0};
   PointTree::Neighbours found;
-  found.radius2 = radius * radius;
-  const int neighbours = int(
-      std::min(kNeighbours * std::sqrt(std::max(passes_built_, 1.0)), double(PointTree::kMaxNeighbours)));
-  of.tree.nearest(position, normal, neighbours, radius, found);
+  of.tree.nearest(at.position, unpack_direction(at.packed_normal), kNeighbours, radius, found, other_side(at));
   double sum = 0.0;
-  for (int i = 0; i < found.count; ++i) sum += double(of.tree_throughputs[found.index[i]]);
-  if (!(sum > 0.0)) return 0.0;
-  // A half has half of the lookups.
-  return M_PI * double(found.radius2) * 0.5 * passes_built_ / (sum * (found.count + 1.0) / found.count);
+  for (int i = 0; i < found.count; ++i) {
+    const uint32_t lookup = found.index[i];
+    const float factor = in_lookup(of.tree[lookup].position, found.distance2[i], found.radius2);
+    sum += double(of.tree_throughputs[lookup] * factor);
+  }
+  return {per_area(sum, double(found.radius2)), per_area(sum + of.mean_throughput, double(found.radius2))};
 }
 
-ArrivalMap::Factors ArrivalMap::factors(Place place, const Spot& spot, float radius, double chain_density,
-                                        double plain_density) const {
-  double inverse[2], share[2];
+double ArrivalMap::density(Place place, int half, const SurfacePoint& at, float radius) const {
+  return estimate(place, half, at, radius, [](Vec3, float, float) { return 1.0f; }).density;
+}
+
+ArrivalMap::Factors ArrivalMap::factors(Place place, const PhotonMap::Weighable& photon, float radius,
+                                        double chain_density, double plain_density) const {
+  const SurfacePoint& at = photon.point();
+  const SurfacePoint behind{at.position, pack_direction(-unpack_direction(at.packed_normal)) | other_side(at)};
+  const auto in_lookup = [&](Vec3 position, float distance2, float radius2) {
+    return photon.in_lookup(position, distance2, radius2);
+  };
+  Estimate w[2];
   for (int half = 0; half < 2; ++half) {
-    inverse[half] = inverse_density(place, half, spot.position, spot.normal, radius);
-    if (spot.both_sides) {
-      const double back = inverse_density(place, half, spot.position, -spot.normal, radius);
-      inverse[half] = inverse[half] > 0.0 && back > 0.0 ? inverse[half] * back / (inverse[half] + back)
-                                                        : inverse[half] + back;
-    }
-    // Where no lookups are known, plain photons have all light.
-    const double all = chain_density + plain_density * inverse[half];
-    share[half] = inverse[half] > 0.0 && all > 0.0 ? chain_density / all : 0.0;
+    w[half] = estimate(place, half, at, radius, in_lookup);
+    if (!photon.has(Photon::kTransmits)) continue;
+    const Estimate more = estimate(place, half, behind, radius, in_lookup);
+    w[half].density += more.density, w[half].with_one_more += more.with_one_more;
   }
-  return {0.5 * (inverse[0] * share[1] + inverse[1] * share[0]), 1.0 - 0.5 * (share[0] + share[1])};
+  Factors mean{0.0, 1.0};
+  for (int half = 0; half < 2; ++half) {
+    const double all = plain_density + chain_density * w[half].with_one_more;
+    const double of_chain = all > 0.0 ? chain_density / all : 0.0;
+    mean.of_chain += 0.5 * of_chain;
+    mean.plain -= 0.5 * of_chain * w[1 - half].density;
+  }
+  return mean;
 }
 
 }  // namespace ajar

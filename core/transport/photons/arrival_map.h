@@ -11,17 +11,20 @@
 // chain's target. All photons therefore contribute nearly the same to the image: a photon that is rarely looked up
 // contributes much to few lookups.
 //
-// For n lookups with throughputs w within the radius r of a point, W is (n + 1) / n sum(w) / (pi r^2 passes). The
-// expectation of 1 / W is then correct except for e^-mean(n), also if r is the distance of the lookup n + 1. Where a
-// disc extends over an edge, the error is the inverse of the error of the photons' density estimate. Lookups of all
-// passes are stored (20 bytes each) up to a limit, and n grows with their number.
+// Photons of chains and plain photons share the light by their densities at a position (balance heuristic). With c
+// photons of chains per watt and unit of W, and p plain photons per watt, chains get the factor a = c / (p + c W'), and
+// plain photons get 1 - a W. The sum of both is correct for *any* a, if W is an estimate without bias that does not
+// depend on a. So there are two independent halves of the lookups. One gives W' (with the mean throughput of one further
+// lookup, so that it is never 0), the other one W, and the mean of both ways is used. No reciprocal of a noisy estimate
+// is needed: its expectation is too large where throughputs differ much. The factor of a plain photon can be negative.
 //
-// Photons of chains and plain photons share the light by their densities at a position (balance heuristic), which also
-// need W. A product of two functions of one noisy estimate of W is biased. So there are two independent halves of the
-// lookups: one gives 1 / W, the other one the shares, and the mean of both ways is used.
+// W at a point is the sum of the throughputs within a radius over pi r^2 passes. Where a disc extends over an edge, the
+// density is too small in the same ratio as the photons of chains that a lookup finds there, which count for whole
+// discs, so plain photons make up for it. Lookups of all passes are stored (20 bytes each) up to a limit, and their
+// number within the radius grows with the passes.
 #pragma once
 
-#include "transport/photons/point_tree.h"
+#include "transport/photons/photon_map.h"
 
 namespace ajar {
 
@@ -45,22 +48,16 @@ class ArrivalMap {
 
   /// Adds the lookups of one pass.
   void add(const std::vector<ArrivalLog>& pass);
-  /// 1 / W at a position, from the lookups of one half within `radius`; 0 where there are none. `normal`: on the side
-  /// from which they look.
-  double inverse_density(Place place, int half, Vec3 position, Vec3 normal, float radius) const;
+  /// W at a place, from the lookups of one half within `radius` that look from the side of its normal.
+  double density(Place place, int half, const SurfacePoint& at, float radius) const;
 
-  /// Where photons are: `both_sides`: they are found from both sides of a surface that transmits.
-  struct Spot {
-    Vec3 position, normal;
-    bool both_sides;
-  };
-  /// Factors of the fluxes of photons of both kinds at a position. `of_chain` contains 1 / W. The expectation of
-  /// of_chain * W + plain is 1.
+  /// Factors of the fluxes of photons of both kinds at the place of a photon. The expectation of of_chain * W + plain is 1.
   struct Factors {
     double of_chain, plain;
   };
   /// `chain_density`: photons of chains per watt are this times W. `plain_density`: plain photons per watt.
-  Factors factors(Place place, const Spot& spot, float radius, double chain_density, double plain_density) const;
+  Factors factors(Place place, const PhotonMap::Weighable& photon, float radius, double chain_density,
+                  double plain_density) const;
   size_t memory_bytes() const { return stored() * (2 * sizeof(SurfacePoint) + 2 * sizeof(float)); }
 
  private:
@@ -70,8 +67,20 @@ class ArrivalMap {
     std::vector<float> throughputs;
     PointTree tree;  ///< of the lookups at the time of the last build
     std::vector<float> tree_throughputs;
+    double mean_throughput = 0.0;  ///< of the lookups of the tree
   };
   size_t stored() const;
+  /// Throughput per area that `throughput` within `radius2` is, in one half.
+  double per_area(double throughput, double radius2) const {
+    return throughput / (M_PI * radius2 * 0.5 * passes_built_);
+  }
+  /// The density, and, added to it, that of one lookup of the mean throughput within the same radius. The throughput of
+  /// a lookup is multiplied by in_lookup(its position, its squared distance, the squared radius).
+  struct Estimate {
+    double density, with_one_more;
+  };
+  template <class InLookup>
+  Estimate estimate(Place place, int half, const SurfacePoint& at, float radius, InLookup&& in_lookup) const;
 
   Half halves_[2][2];  ///< of a place
   double passes_ = 0.0, passes_built_ = 0.0;

@@ -45,9 +45,36 @@ SeenFrom seen_from(const Path& path, int i) {
   return split.rough() ? seen_from(*split.rough(), ng) : SeenFrom{ng, 0};
 }
 
+/// Throughputs to the eye by way of a rough event: of each place where gather rays start, its own.
+class Gathered {
+ public:
+  void start(Vec3 from, const glm::dvec3& throughput) {
+    if (glm::any(glm::notEqual(throughput, glm::dvec3(0.0)))) rays_[size_t(count_++)] = {from, throughput};
+  }
+  Gathered& operator*=(const glm::dvec3& factor) {
+    for (int i = 0; i < count_; ++i) rays_[size_t(i)].throughput *= factor;
+    return *this;
+  }
+  /// The sum of those that come from `shortest` or further.
+  glm::dvec3 at(Vec3 position, float shortest) const {
+    glm::dvec3 sum(0.0);
+    for (int i = 0; i < count_; ++i)
+      if (length_squared(position - rays_[size_t(i)].from) >= sqr(shortest)) sum += rays_[size_t(i)].throughput;
+    return sum;
+  }
+
+ private:
+  struct Ray {
+    Vec3 from;
+    glm::dvec3 throughput;
+  };
+  std::array<Ray, kMaxPathVertices> rays_;
+  int count_ = 0;
+};
+
 }  // namespace
 
-int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64_t& refused) {
+int photons_of(const PathSpace& space, const Path& path, float shortest, PathPhoton* out, uint64_t& refused) {
   const PhotonKernels kernels = photon_kernels(space.scene);
   const int n = path.count;
   uint32_t visibility = kVisibleAll;
@@ -73,7 +100,8 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64
 
   // Throughput from each vertex to the eye: without a rough event (`seen`) and with one (`gathered`).
   const double pixels = lens * double(space.filter_sum(path.film));
-  glm::dvec3 seen(pixels), gathered(0.0);
+  glm::dvec3 seen(pixels);
+  Gathered gathered;
   int count = 0;
   for (int i = n - 2; i >= 1; --i) {
     const PathEdge& edge = path.edges[size_t(i)];
@@ -94,8 +122,7 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64
                             ? kInfinity
                             : 1.0f / std::sqrt(path.edges[size_t(i - 1)].inverse_square);
       out[count++] = {place,
-                      {{vertex.position(), pack_direction(side.normal)},
-                       power,
+                      {surface_point(vertex.point, side.normal), power,
                        pack_direction_short(path.to_light(i)) | kernels.packed(way) | side.flags | Photon::kOfChain},
                       &vertex};
     };
@@ -103,7 +130,7 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64
     if (vertex.kind == VertexKind::Surface && vertex.shading.bsdf.has_subsurface() && !on_strand_or_point(vertex.point))
       break;
     if (e.gathers) {
-      gathered += seen;
+      gathered.start(vertex.position(), seen);
       seen = glm::dvec3(0.0);
     }
     if (e.continues) {
@@ -114,9 +141,11 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64
     if (!vertex.specular && has_rough_lobe(vertex.shading.bsdf)) {
       if (i > 1) leave(ArrivalMap::kSeen, arriving_sharp[size_t(i)], seen);
       // Lookups would not separate the kinds of lobes: they sample such a light themselves.
-      if (i > 1 || !path.light.partial) leave(ArrivalMap::kGathered, arriving[size_t(i)], gathered);
+      if (i > 1 || !path.light.partial)
+        leave(ArrivalMap::kGathered, arriving[size_t(i)], gathered.at(vertex.position(), shortest));
     }
-    gathered = gathered * e.sharp + seen * e.rough;
+    gathered *= e.sharp;
+    gathered.start(vertex.position(), seen * e.rough);
     seen *= e.sharp;
   }
   return count;

@@ -6,6 +6,8 @@
 // have both rough lobes and sharp lobes (other than deltas) belongs to several such expressions at once. It stores a
 // photon for each of them, with its share of the path's scattering. Nothing is stored nearer to the light than a surface
 // with subsurface scattering: lookups behind it follow walks below it, which chains do not know, and are not logged.
+// Nothing is stored in the global map for gather rays that are shorter than a limit: they gather again and look up
+// nothing. The density of lookups grows without bound in corners if they count.
 #pragma once
 
 #include "transport/paths/path.h"
@@ -21,10 +23,10 @@ struct PathPhoton {
   const PathVertex* vertex = nullptr;
 };
 
-/// Writes at most two photons for each inner vertex of the path and returns their number. Photons without a finite flux
+/// `shortest`: length of the shortest gather rays that look up the global map. Writes at most two photons for each inner vertex of the path and returns their number. Photons without a finite flux
 /// are left out and added to `refused`. For the brightness B of the
 /// chain's target and N states, the flux of a photon is B / N * weight of the state * flux in `photon` * inverse
 /// density.
-int photons_of(const PathSpace& space, const Path& path, PathPhoton* out, uint64_t& refused);
+int photons_of(const PathSpace& space, const Path& path, float shortest, PathPhoton* out, uint64_t& refused);
 
 }  // namespace ajar

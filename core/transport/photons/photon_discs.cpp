@@ -24,6 +24,8 @@ constexpr uint32_t kMaxFurther = 62, kFurtherMask = kMaxFurther / 2;
 /// Makes the expectation of (tested + kPrior) / (found + kPrior) right within 1 % at straight edges and in corners, and
 /// within 10 % on strips.
 constexpr float kPrior = 0.35f;
+/// Where the ray that measures the free height starts, in radii.
+constexpr float kOffSurface = 1e-4f;
 /// The ray sees everything that any kind of ray can see, because photons lie there too.
 constexpr uint32_t kAnyRay = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission | kRayShadow | kRayVolumeScatter;
 /// The ring in which each sector has its tested point. Each ring has an eighth of the disc's area.
@@ -39,6 +41,18 @@ const std::array<Vec2, 256> kDirections = [] {
 
 /// Height above a photon from which its disc is tested.
 float height_of(float radius) { return radius / PointTree::kFlatness; }
+/// The same, or half of the free distance above the photon if that is less. A ray that starts behind the next surface
+/// would find nothing.
+float free_height(const Scene& scene, const SurfacePoint& at, Vec3 normal, float radius, float time) {
+  const float height = height_of(radius), start = kOffSurface * radius;
+  Ray ray;
+  ray.origin = at.position + normal * start;
+  ray.direction = normal;
+  ray.t_max = 2.0f * height;
+  ray.time = time;
+  const Hit hit = scene.intersect(ray, kAnyRay);
+  return hit.found() && hit.t > start ? 0.5f * (start + hit.t) : height;
+}
 /// Surface that is higher or lower than the photon by at most this belongs to its disc.
 float thickness_of(float radius) { return 0.5f * height_of(radius); }
 
@@ -95,7 +109,7 @@ float PhotonDiscs::inverse_share(uint64_t known, const Around& around, const Sur
   }
   const float full2 = radius * radius;
   if (known & kLonely) {
-    if (!sees(at, frame.n, position, height_of(radius))) return 0.0f;
+    if (!sees(at, frame.n, position, free_height(*scene_, at, frame.n, radius, time_))) return 0.0f;
     // The surface is taken for a strip, whose share of a smaller disc is larger.
     const float of_whole = float(kSectors + 1) + 2.0f * float(uint32_t(known >> kFurtherShift) & kFurtherMask) + 0.5f;
     return std::max(1.0f, of_whole * std::sqrt(radius2 / full2));
@@ -125,13 +139,13 @@ struct PhotonDiscs::Look {
   const PhotonDiscs& discs;
   const SurfacePoint& at;
   Frame frame;
-  float radius;
+  float radius, height;  ///< of the disc, and of the origin of rays
   ShadingPoint point;
   uint32_t wall_direction;  ///< of the last wall that was found
 
   /// Looks in the direction `angle`, to the squared distance `place` of the squared radius.
   uint32_t operator()(float angle, float place) {
-    const float height = height_of(radius), distance = std::sqrt(place) * radius;
+    const float distance = std::sqrt(place) * radius;
     const Vec3 above = frame.n * height, aside = (frame.s * std::cos(angle) + frame.t * std::sin(angle)) * distance;
     const float length = std::sqrt(distance * distance + height * height);
     const bool found = hits(at.position + above, (aside - above) / length, 1.5f * length);
@@ -168,7 +182,6 @@ struct PhotonDiscs::Look {
   }
   /// kSurface, if there is surface below or above the point `aside` that the point `above` the photon sees; or kNothing.
   uint32_t surface_at(Vec3 aside, Vec3 above) {
-    const float height = height_of(radius);
     if (!hits(at.position + aside + above, -frame.n, height + thickness_of(radius))) return kNothing;
     if (!is_surface(glm::dot(point.position - at.position, frame.n))) return kNothing;
     return discs.sees(at, frame.n, point.position, height) ? kSurface : kNothing;
@@ -178,7 +191,9 @@ struct PhotonDiscs::Look {
 uint64_t PhotonDiscs::look_around(uint32_t photon, const SurfacePoint& at, float reach) const {
   Around& around = around_[photon];
   const uint32_t size = size_for(reach, radius_);
-  Look look{*this, at, Frame(unpack_direction(at.packed_normal)), radius_ * kSizes[size], {}, 0};
+  const Frame frame(unpack_direction(at.packed_normal));
+  const float radius = radius_ * kSizes[size];
+  Look look{*this, at, frame, radius, free_height(*scene_, at, frame.n, radius, time_), {}, 0};
   Pcg32 random(hash_combine(seed_, photon), photon);
   const uint32_t numbers = random.next();
   uint64_t known = kKnown | kLonely | uint64_t(numbers & 7u) << kTurnShift |

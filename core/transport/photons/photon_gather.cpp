@@ -15,9 +15,6 @@ namespace {
 constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 12;
 /// Offsets at a vertex: direct light of the rough and of the sharp lobes, then the choices of the sharp lobes.
 constexpr uint32_t kRoughLight = 0, kSharpLight = 3, kLobe = 6, kRoulette = 9, kSubsurface = 10;
-/// In units of the global radius. A shorter gather ray ends near a corner, where the blur of the density estimate would
-/// show light from the other side of the corner. Light is gathered once more there.
-constexpr float kNear = 1.0f;
 
 /// Where a ray of this density starts.
 DirectVertex origin_at(const ShadingPoint& point, Vec3 normal, float pdf) {
@@ -345,7 +342,9 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     if (!look_up && !log_ && is_black(shading.bsdf.transparency()) && !finds_all && !may_find_light(point)) break;
     if (!at_bounce_limit && !below_surface(walk, {sampler, base + kSubsurface}, beta)) break;
     const LobeSplit split(shading.bsdf, point.wo, on_strand_or_point(point));
-    if (split.rough() && !at_bounce_limit && log_) log_arrival(ArrivalMap::kGathered, point, throughput * beta);
+    if (split.rough() && !at_bounce_limit && log_ &&
+        length_squared(point.position - start) >= sqr(settings_.shortest_logged))
+      log_arrival(ArrivalMap::kGathered, point, throughput * beta);
     if (split.rough() && !at_bounce_limit && look_up) {
       const bool near = straight && depth < 2 && length < kNear * maps_.global_radius;
       radiance += beta * at_rough(point, *split.rough(), {media, walk.hit}, near ? depth + 1 : 0, {sampler, base});
@@ -425,20 +424,20 @@ bool PhotonGatherer::probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gat
   SurfaceShading shading;
   sampler_.set_dimension(kCameraDimensions);
   if (!find_rough(ray, point, shading)) return false;
-  seen = {point.position, pack_direction(point.ng)};
+  seen = surface_point(point, point.ng);
   const Vec3 u = sampler_.get_3d();
   const auto sample = LobeSplit(shading.bsdf, point.wo).rough()->sample(point.wo, u.z, Vec2(u));
   if (!sample) return false;
   count_bounce(*sample, point, point);
   if (!find_rough(scene_.spawn_ray(point, sample->wi), point, shading)) return false;
-  gathered = {point.position, pack_direction(point.ng)};
+  gathered = surface_point(point, point.ng);
   return true;
 }
 
 void PhotonGatherer::log_arrival(int place, const ShadingPoint& point, Color throughput) {
   const float y = luminance(throughput) * float(log_->stride[place]);
   if (logs_ && y > 0.0f)
-    log_->at[place].push_back({{point.position, pack_direction(point.ng)}, y, hash_combine(pixel_, index_) & 1u});
+    log_->at[place].push_back({surface_point(point, point.ng), y, hash_combine(pixel_, index_) & 1u});
 }
 
 Color PhotonGatherer::from_map(const ShadingPoint& point, const Bsdf& rough, const BounceCounts& bounces) {

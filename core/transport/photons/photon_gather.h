@@ -40,6 +40,7 @@ struct GatherSettings {
   PixelRadius pixel;
   bool light_without_photons = false;  ///< a volume or a surface emits that sends no photons
   int gather_neighbours = 10;  ///< photons in an estimate at the end of a gather ray, where no irradiance site is near
+  float shortest_logged = 0.0f;  ///< length of the shortest gather rays whose lookups are recorded
 
   PhotonMap::Lookup caustic_lookup(float radius, const BounceCounts& bounces = {}) const {
     return {neighbours, radius, enough, pixel, bounces};
@@ -80,6 +81,9 @@ class PhotonGatherer {
     log_ = log;
     log_only_ = only;
   }
+  /// In units of the global radius. A shorter gather ray ends near a corner, where the blur of the density estimate would
+  /// show light from the other side of the corner. Light is gathered once more there.
+  static constexpr float kNear = 1.0f;
   /// From now on, also draw the first gather rays by `tree`, and append the result of one in `stride` of them to
   /// `samples`. Both pointers may be null.
   void guide(const GuideTree* tree, std::vector<GuideSample>* samples, uint32_t stride) {

@@ -45,11 +45,12 @@ void PhotonMap::build(std::vector<Photon> photons, std::vector<uint32_t>& order)
     lights_[i] = {{photons[order[i]].flux_over_cosine, photons[order[i]].left}, photons[order[i]].packed_direction};
 }
 
-void PhotonMap::find(Vec3 position, Vec3 normal, const Lookup& lookup, PointTree::Neighbours& found) const {
+void PhotonMap::find(Vec3 position, Vec3 normal, const Lookup& lookup, PointTree::Neighbours& found,
+                     uint32_t not_side) const {
   const float pixel = lookup.enough > 0 ? lookup.pixel.at(position) : lookup.radius;
-  tree_.nearest(position, normal, lookup.neighbours, std::min(pixel, lookup.radius), found);
+  tree_.nearest(position, normal, lookup.neighbours, std::min(pixel, lookup.radius), found, not_side);
   if (found.count < lookup.enough && pixel < lookup.radius)
-    tree_.nearest(position, normal, lookup.enough, lookup.radius, found);
+    tree_.nearest(position, normal, lookup.enough, lookup.radius, found, not_side);
 }
 
 float PhotonMap::radius2_at(const SurfacePoint& point) const {

@@ -8,6 +8,9 @@
 // A photon of a map takes 32 bytes, and 16 bytes for the surface around it (photon_discs.h).
 #pragma once
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include "scene/scene.h"
 #include "transport/photons/bounces_left.h"
 #include "transport/photons/photon_discs.h"
@@ -24,7 +27,7 @@ struct Photon {
 
   /// Lookups from the other side of the surface see the photon too.
   static constexpr uint32_t kTransmits = 1u << 31;
-  /// The photon comes from a Markov chain. Its flux counts for a whole disc, regardless of its surface.
+  /// The photon comes from a Markov chain.
   static constexpr uint32_t kOfChain = 1u << 30;
   bool transmits() const { return packed_direction & kTransmits; }
 };
@@ -65,6 +68,13 @@ inline PhotonKernels photon_kernels(const Scene& scene) { return PhotonKernels(k
 
 /// Whether rough lobes of a surface can transmit light from one side to the other.
 bool transmits(const Bsdf& bsdf);
+/// SurfacePoint::kFront or kBack: the side of the face at `point` that `normal` is on.
+inline uint32_t side_of(const ShadingPoint& point, Vec3 normal) {
+  return (glm::dot(normal, point.ng) < 0.0f) == point.backfacing ? SurfacePoint::kFront : SurfacePoint::kBack;
+}
+inline SurfacePoint surface_point(const ShadingPoint& point, Vec3 normal) {
+  return {point.position, pack_direction(normal) | side_of(point, normal)};
+}
 
 /// From where lookups see a photon on a surface with these lobes.
 struct SeenFrom {
@@ -114,6 +124,33 @@ class PhotonMap {
   void look_around(const Scene& scene, const Lookup& lookup, float time, uint32_t seed) {
     around_ = lookup;
     discs_.start(scene, size(), lookup.radius, time, seed);
+  }
+  /// A photon of the map, and the factor of its light in lookups.
+  class Weighable {
+   public:
+    const SurfacePoint& point() const { return map_.tree_[photon_]; }
+    bool has(uint32_t flag) const { return map_.lights_[photon_].packed_direction & flag; }
+    /// For a lookup at `position`, at this squared distance, with the squared radius `radius2`. 0 if the lookup does not
+    /// find the photon's light, else 1 or more (`inverse_share_of`).
+    float in_lookup(Vec3 position, float distance2, float radius2) const {
+      return map_.inverse_share(photon_, distance2, radius2, position);
+    }
+
+   private:
+    friend class PhotonMap;
+    Weighable(const PhotonMap& map, uint32_t photon) : map_(map), photon_(photon) {}
+    const PhotonMap& map_;
+    uint32_t photon_;
+  };
+  /// Multiplies the flux of each photon by factor(Weighable), in parallel. After look_around and use.
+  template <class Factor>
+  void weigh(Factor&& factor) {
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, size(), 256), [&](const tbb::blocked_range<size_t>& range) {
+      for (size_t i = range.begin(); i != range.end(); ++i) {
+        FluxWithBounces& light = lights_[i].over_cosine;
+        light = {light.flux() * float(factor(Weighable(*this, uint32_t(i)))), light.left()};
+      }
+    });
   }
   /// From now on, photons have these kernels; by default, they have none.
   void use(PhotonKernels kernels) { kernels_ = kernels; }
@@ -169,7 +206,8 @@ class PhotonMap {
     const PackedBounces most = with_all_kinds(lookup.bounces);
     const int sides = transmits(bsdf) ? 2 : 1;
     for (int side = 0; side < sides; ++side) {
-      find(point.position, side == 0 ? point.ng : -point.ng, lookup, found);
+      const Vec3 normal = side == 0 ? point.ng : -point.ng;
+      find(point.position, normal, lookup, found, sides == 2 ? SurfacePoint::kSides & ~side_of(point, normal) : 0u);
       Color sum(0.0f);
       for (int i = 0; i < found.count; ++i) {
         const Light& light = lights_[found.index[i]];
@@ -198,19 +236,22 @@ class PhotonMap {
                             Vec3 to_light);
   /// Squared radius of an estimate like those of look_around at a photon.
   float radius2_at(const SurfacePoint& point) const;
-  void find(Vec3 position, Vec3 normal, const Lookup& lookup, PointTree::Neighbours& found) const;
+  void find(Vec3 position, Vec3 normal, const Lookup& lookup, PointTree::Neighbours& found,
+            uint32_t not_side = 0) const;
   /// Area of the disc of the lookup over the area that receives the light of the photon number i that it has found; 0 if
   /// `position` is outside that area.
   float inverse_share_of(const PointTree::Neighbours& found, int i, Vec3 position) const {
-    const uint32_t photon = found.index[i], packed = lights_[photon].packed_direction;
-    const float kernel2 = kernels_.radius2(packed);
+    return inverse_share(found.index[i], found.distance2[i], found.radius2, position);
+  }
+  float inverse_share(uint32_t photon, float distance2, float radius2, Vec3 position) const {
+    const float kernel2 = kernels_.radius2(lights_[photon].packed_direction);
     float share = 1.0f;
-    if (kernel2 < found.radius2) {
-      if (found.distance2[i] >= kernel2) return 0.0f;
-      share = found.radius2 / kernel2;
+    if (kernel2 < radius2) {
+      if (distance2 >= kernel2) return 0.0f;
+      share = radius2 / kernel2;
     }
-    if (!discs_.started() || packed & Photon::kOfChain) return share;
-    return share * discs_.inverse_share(photon, tree_[photon], position, std::min(found.radius2, kernel2),
+    if (!discs_.started()) return share;
+    return share * discs_.inverse_share(photon, tree_[photon], position, std::min(radius2, kernel2),
                                         [&] { return std::sqrt(std::min(radius2_at(tree_[photon]), kernel2)); });
   }
 

@@ -11,6 +11,7 @@
 #include "transport/media/path_media.h"
 #include "transport/paths/ray_events.h"
 #include "transport/paths/walk.h"
+#include "transport/photons/photon_directions.h"
 #include "transport/photons/photon_lookups.h"
 
 namespace ajar {
@@ -311,8 +312,7 @@ class BlockTracer {
         value_ += y * std::sqrt(emission_.values->density(ArrivalMap::kGathered, point.position, side.normal));
       return;
     }
-    const Photon photon{{point.position, pack_direction(side.normal)},
-                        flux / cosine,
+    const Photon photon{surface_point(point, side.normal), flux / cosine,
                         pack_direction_short(point.wo) | kernels_.packed(point.ray_length) | side.flags,
                         bounces.left(limits)};
     if (caustic) out.caustic.push_back(photon);
@@ -345,8 +345,12 @@ class BlockTracer {
       rough = along || u_event < probability;
       if (!rough) bsdf = split.sharp(), probability = 1.0f - probability;
     }
+    const FlatDirections flat(point, *bsdf, rough);
     auto sample = along ? sample_of(*bsdf, point.wo, *along)
-                        : bsdf->sample(point.wo, u_lobe, u_direction, TransportMode::Importance);
+                  : flat.share() > 0.0f && (flat.share() == 1.0f || sampler_.get_1d() < flat.share())
+                      ? sample_of(*bsdf, point.wo, flat.direction(u_lobe, u_direction))
+                      : bsdf->sample(point.wo, u_lobe, u_direction, TransportMode::Importance);
+    if (sample) sample->pdf_solid_angle = flat.mixed(sample->pdf_solid_angle, sample->wi);
     if (sample && along_hints > 0.0f) {
       sample->pdf_solid_angle *= 1.0f - along_hints;
       if (rough) sample->pdf_solid_angle += guide->pdf_at(point.position, sample->wi) / probability;
@@ -366,17 +370,18 @@ class BlockTracer {
   Color towards_eye(const ShaderProgram& program, const ShadingPoint& point, const Bsdf& bsdf, bool rough,
                     const BsdfSample& sample) const {
     if (sample.flags & kTransparent) return sample.f_cos;
-    if (sample.specular || !depends_on_view(program, point, bsdf, sample.wi)) [[likely]]
+    if (sample.specular || !depends_on_view(program, point, bsdf, sample.wi)) [[likely]] {
+      const bool behind = glm::dot(sample.wi, bsdf.n) * glm::dot(sample.wi, point.ng) < 0.0f;
+      if (rough && behind) [[unlikely]]
+        return light_towards_eye(point, bsdf, sample.wi);
       return sample.f_cos * shading_normal_correction(bsdf, point.wo, sample.wi);
+    }
     SurfaceShading seen;
     program.evaluate_surface(turned_towards(point, sample.wi), seen);
     const LobeSplit split(seen.bsdf, sample.wi, on_strand_or_point(point));
     const Bsdf* lobes = rough ? split.rough() : split.sharp();
-    if (!lobes) return Color(0.0f);
-    const float to_light = std::abs(glm::dot(point.wo, point.ng)), to_eye = std::abs(glm::dot(sample.wi, point.ng));
-    return to_light > 0.0f ? lobes->evaluate(sample.wi, point.wo).f_cos * (to_eye / to_light) : Color(0.0f);
+    return lobes ? light_towards_eye(point, *lobes, sample.wi) : Color(0.0f);
   }
-
   /// Multiplies flux with the part of the scattering by lobes that see the light; false if there is none.
   bool keep_visible(const ShadingPoint& point, const Bsdf& lobes, const BsdfSample& sample, Color& flux) const {
     if (sample.specular)
@@ -385,12 +390,6 @@ class BlockTracer {
                 visible = visible_to(flags_.visibility, lobes, sample.wi, point.wo);
     for (int c = 0; c < 3; ++c) flux[c] *= all[c] > 0.0f ? visible[c] / all[c] : 0.0f;
     return !is_black(flux);
-  }
-
-  /// The sample that the lobes would return if they had drawn `wi`.
-  static std::optional<BsdfSample> sample_of(const Bsdf& rough, Vec3 wo, Vec3 wi) {
-    const Bsdf::Evaluation evaluated = rough.evaluate(wo, wi, TransportMode::Importance);
-    return BsdfSample{wi, evaluated.f_cos, evaluated.pdf_solid_angle, likely_flags(rough, wo, wi), false};
   }
 
   const Scene& scene_;

@@ -84,10 +84,10 @@ Vec3 unpack_unnormalised(uint32_t packed) {
 
 }  // namespace
 
-uint32_t pack_direction(Vec3 d) { return pack<15>(d); }
+uint32_t pack_direction(Vec3 d) { return pack<14>(d); }
 uint32_t pack_direction_short(Vec3 d) { return pack<13>(d); }
 
-Vec3 unpack_direction(uint32_t packed) { return glm::normalize(unpack_unnormalised<15>(packed)); }
+Vec3 unpack_direction(uint32_t packed) { return glm::normalize(unpack_unnormalised<14>(packed)); }
 Vec3 unpack_direction_short(uint32_t packed) { return glm::normalize(unpack_unnormalised<13>(packed)); }
 
 namespace {
@@ -146,7 +146,7 @@ void PointTree::build(std::vector<SurfacePoint> points, std::vector<uint32_t>& o
 
 /// Calls `visit(index, distance2)` for every point nearer than radius2. `visit` may reduce radius2.
 template <class Visit>
-void PointTree::search(Vec3 p, Vec3 normal, float& radius2, Visit&& visit) const {
+void PointTree::search(Vec3 p, Vec3 normal, float& radius2, uint32_t not_side, Visit&& visit) const {
   struct Range {
     uint32_t begin, end;
     Vec3 offset;  // from p to the box between the splitting planes, for each axis
@@ -162,7 +162,8 @@ void PointTree::search(Vec3 p, Vec3 normal, float& radius2, Visit&& visit) const
     const float outside = std::max(0.0f, std::abs(glm::dot(offset, normal)) - slab);
     const float distance2 = length_squared(offset) + (kSteepness * kSteepness - 1.0f) * outside * outside;
     if (!(distance2 < radius2)) return;
-    const Vec3 facing = unpack_unnormalised<15>(points_[i].packed_normal);
+    if (points_[i].packed_normal & not_side) return;
+    const Vec3 facing = unpack_unnormalised<14>(points_[i].packed_normal);
     const float cosine = glm::dot(facing, normal);
     if (!(cosine > 0.0f) || cosine * cosine < kMinNormalCosine * kMinNormalCosine * length_squared(facing)) return;
     visit(i, distance2);
@@ -190,11 +191,11 @@ void PointTree::search(Vec3 p, Vec3 normal, float& radius2, Visit&& visit) const
   }
 }
 
-void PointTree::nearest(Vec3 p, Vec3 normal, int k, float radius, Neighbours& found) const {
+void PointTree::nearest(Vec3 p, Vec3 normal, int k, float radius, Neighbours& found, uint32_t not_side) const {
   found.count = 0;
   found.radius2 = radius * radius;
   if (points_.empty()) return;
-  search(p, normal, found.radius2, [&](uint32_t i, float distance2) {
+  search(p, normal, found.radius2, not_side, [&](uint32_t i, float distance2) {
     if (found.count < k) {
       found.index[found.count] = i;
       found.distance2[found.count++] = distance2;
@@ -220,7 +221,7 @@ int PointTree::nearest(Vec3 p, Vec3 normal, float radius) const {
   if (points_.empty()) return -1;
   int best = -1;
   float radius2 = radius * radius;
-  search(p, normal, radius2, [&](uint32_t i, float distance2) {
+  search(p, normal, radius2, 0, [&](uint32_t i, float distance2) {
     best = int(i);
     radius2 = distance2;
   });

@@ -22,7 +22,7 @@
 
 namespace ajar {
 
-/// Unit vector in the low 30 bits: octahedral map (Cigolle et al. 2014), 15 bits for each coordinate.
+/// Unit vector in the low 28 bits: octahedral map (Cigolle et al. 2014), 14 bits for each coordinate.
 uint32_t pack_direction(Vec3 direction);
 Vec3 unpack_direction(uint32_t packed);
 /// The same in the low 26 bits, with 13 bits for each coordinate.
@@ -31,10 +31,16 @@ Vec3 unpack_direction_short(uint32_t packed);
 
 struct SurfacePoint {
   Vec3 position;
-  /// Geometric, on the side of the lookups (seen_from): that of the light, if the surface reflects. The two high bits
-  /// store the tree's splitting axis.
+  /// Geometric, on the side of the lookups (seen_from): that of the light, if the surface reflects. Then kFront or kBack,
+  /// if known: the normal is on this side of the face. The two high bits store the tree's splitting axis.
   uint32_t packed_normal;
+  static constexpr uint32_t kFront = 1u << 28, kBack = 1u << 29, kSides = kFront | kBack;
 };
+/// The side of the face where the normal of the point is not; 0 if that is not known.
+inline uint32_t other_side(const SurfacePoint& point) {
+  const uint32_t side = point.packed_normal & SurfacePoint::kSides;
+  return side ? side ^ SurfacePoint::kSides : 0u;
+}
 
 class PointTree {
  public:
@@ -57,13 +63,15 @@ class PointTree {
   };
   /// Up to `k` points nearest to p within `radius`. When there are k or more, `radius2` is that of the k-th point, and
   /// this point is excluded: (k - 1) / (pi r_k^2) is the unbiased estimate of a density, and k / (pi r_k^2) is biased.
-  void nearest(Vec3 p, Vec3 normal, int k, float radius, Neighbours& found) const;
+  /// `not_side`: points on this side of their faces are left out (SurfacePoint::kFront or kBack). The normals on the
+  /// inside of the one face of a thin pane and on the outside of the other face are equal.
+  void nearest(Vec3 p, Vec3 normal, int k, float radius, Neighbours& found, uint32_t not_side = 0) const;
   /// The nearest point within `radius`, or -1.
   int nearest(Vec3 p, Vec3 normal, float radius) const;
 
  private:
   template <class Visit>
-  void search(Vec3 p, Vec3 normal, float& radius2, Visit&& visit) const;
+  void search(Vec3 p, Vec3 normal, float& radius2, uint32_t not_side, Visit&& visit) const;
   static constexpr int kFacings = 6;
   std::vector<SurfacePoint> points_;
   uint32_t begin_[kFacings + 1] = {};  ///< start of the tree of each axis direction, and the end of the last

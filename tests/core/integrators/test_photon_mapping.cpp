@@ -163,6 +163,39 @@ TEST_P(PhotonMapping, agrees_with_the_path_tracer_on_coarse_smooth_shaded_meshes
   expect_agreement(GetParam(), d, 32, 128, 8, 0.025);
 }
 
+TEST_P(PhotonMapping, light_that_leaves_below_the_plane_of_the_shading_normal_is_complete) {
+  // A room whose corners are smooth-shaded: the shading normals of its walls differ from the geometric ones by up to 55
+  // degrees.
+  if (std::string(GetParam()) == "mps" && gate_only()) GTEST_SKIP() << kLeftOut;
+  SceneDescription d;
+  add_object(d, plane(1.0f), add_diffuse(d, Color(0.8f)));
+  MeshDescription box = cube(true);
+  box.normal_domain = Domain::Vertex;
+  for (const Vec3& p : box.positions) box.normals.push_back(-glm::normalize(p));
+  add_object(d, box, 0, placed(Vec3(0.0f, 0.0f, 0.9f), 0.9f));
+  d.lights.push_back(point_light(Vec3(0.0f, 0.0f, 1.2f), 10.0f, 0.1f));
+  d.lights[0].visibility &= ~uint32_t(kVisibleCamera);
+  set_camera(d, Vec3(-0.6f, -0.7f, 0.3f), Vec3(0.2f, 0.5f, 0.6f), 12);
+  d.settings.bounces = {64, 64, 64, 64, 64, 0};
+  d.settings.photons = 5000;
+  expect_agreement(GetParam(), d, 32, 256, 8, 0.02);
+}
+
+TEST_P(PhotonMapping, light_through_a_thin_frosted_pane_is_complete) {
+  // The pane is much thinner than the radius of the lookups. The camera looks away from it.
+  if (std::string(GetParam()) == "mps" && gate_only()) GTEST_SKIP() << kLeftOut;
+  SceneDescription d;
+  add_object(d, cube(true), add_diffuse(d, Color(0.6f)));
+  Mat4 pane = placed(Vec3(0.0f, 0.2f, 0.0f), 0.999f);
+  pane[1] *= 0.004f;
+  add_object(d, cube(), add_material(d, "ShaderNodeBsdfGlass", Color(1.0f), 0.4f), pane);
+  add_object(d, plane(1.0f), add_diffuse(d, Color(0.0f), Color(4.0f)), placed(Vec3(0.0f, 0.6f, 0.95f), 0.35f));
+  set_camera(d, Vec3(0.0f, 0.0f, 0.1f), Vec3(0.1f, -1.0f, -0.2f), 12);
+  d.settings.bounces = {32, 32, 32, 32, 32, 0};
+  d.settings.photons = 20000;
+  expect_agreement(GetParam(), d, 64, 2048, 8, 0.03, 0.03);
+}
+
 TEST_P(PhotonMapping, bounce_limits_are_for_whole_paths) {
   // Behind a pane of glass and in a mirror, the eye's side of a path has used up most of the bounces that are allowed.
   SceneDescription d = lit_room(12, kFewPhotons);

@@ -58,7 +58,7 @@ void expect_one_rounding_step(float steps, There pack, Back unpack) {
 }
 
 TEST(PointTree, packed_directions_have_the_error_of_one_rounding_step) {
-  expect_one_rounding_step(16383.0f, pack_direction, unpack_direction);
+  expect_one_rounding_step(8191.0f, pack_direction, unpack_direction);
   expect_one_rounding_step(4095.0f, pack_direction_short, unpack_direction_short);
   expect_one_rounding_step(
       4095.0f, [](Vec3 d) { return pack_direction_short(d) | 0xfc000000u; }, unpack_direction_short);
@@ -154,6 +154,27 @@ TEST(PointTree, points_on_the_other_side_of_a_thin_wall_are_not_found) {
   tree.build(points, order);
   EXPECT_EQ(tree.nearest(Vec3(0.0f), Vec3(0, 0, 1), 1.0f), -1);
   EXPECT_NE(tree.nearest(Vec3(0.0f), Vec3(0, 0, -1), 1.0f), -1);
+}
+
+TEST(PointTree, points_on_the_other_face_of_a_thin_pane_can_be_left_out) {
+  std::vector<SurfacePoint> points;
+  for (int i = 0; i < 100; ++i) {
+    const uint32_t side = i % 4 == 0 ? SurfacePoint::kFront : i % 4 == 1 ? SurfacePoint::kBack : 0u;
+    points.push_back({Vec3(0.001f * float(i % 10), 0.001f * float(i / 10), 0.0f), pack_direction({0, 0, 1}) | side});
+  }
+  PointTree tree;
+  std::vector<uint32_t> order;
+  tree.build(points, order);
+  PointTree::Neighbours found;
+  const auto count = [&](uint32_t not_side) {
+    tree.nearest(Vec3(0.0f), Vec3(0, 0, 1), PointTree::kMaxNeighbours, 1.0f, found, not_side);
+    return found.count;
+  };
+  EXPECT_EQ(count(0), 100);
+  EXPECT_EQ(count(SurfacePoint::kBack), 75);
+  EXPECT_EQ(count(SurfacePoint::kSides), 50);
+  EXPECT_EQ(other_side(points[0]), SurfacePoint::kBack);
+  EXPECT_EQ(other_side(points[2]), 0u);
 }
 
 TEST(PointTree, coincident_points_can_be_built_and_searched) {
