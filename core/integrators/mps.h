@@ -12,9 +12,9 @@
 // shutter interval, and the image is biased.
 //
 // Differences from the thesis: the flux of a photon contains the share of its eye subpath among all eye subpaths from
-// its position (arrival_map.h); without this factor the flux is wrong. Plain photons replace those of chains where few
-// lookups are known, so that no flux exceeds that of a plain photon and no light is lost [after Veach 1997, section
-// 9.2, the balance heuristic for each position].
+// its position (arrival_map.h); without this factor the flux is wrong. Plain photons have the light
+// that the weighted photons of chains leave, in the expectation (the balance heuristic for each position) [after Veach
+// 1997, section 9.2].
 #pragma once
 
 #include "integrators/integrator.h"

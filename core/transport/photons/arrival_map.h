@@ -18,10 +18,9 @@
 // lookup, so that it is never 0), the other one W, and the mean of both ways is used. No reciprocal of a noisy estimate
 // is needed: its expectation is too large where throughputs differ much. The factor of a plain photon can be negative.
 //
-// W at a point is the sum of the throughputs within a radius over pi r^2 passes. Where a disc extends over an edge, the
-// density is too small in the same ratio as the photons of chains that a lookup finds there, which count for whole
-// discs, so plain photons make up for it. Lookups of all passes are stored (20 bytes each) up to a limit, and their
-// number within the radius grows with the passes.
+// W at a photon is the sum of the throughputs of the nearest lookups over their area and the number of passes. Each counts
+// as it would count the photon: by the surface around the photon, and by its kernel. The lookups of all passes are stored
+// (20 bytes each) up to a limit, so that the radius of the nearest ones falls.
 #pragma once
 
 #include "transport/photons/photon_map.h"
