@@ -12,6 +12,8 @@ constexpr double kGrowth = 1.5;  // the trees are rebuilt when the number of pas
 /// Nearest lookups in an estimate. Few, so that it follows an importance that varies within the radius. Its noise is
 /// nearly independent at each photon.
 constexpr int kNeighbours = 32;
+/// Where lookups are few, most of the light is left to plain photons, whose factors are then not far below 0.
+constexpr double kPrior = 4.0;
 
 }  // namespace
 
@@ -58,7 +60,7 @@ ArrivalMap::Estimate ArrivalMap::estimate(Place place, int half, const SurfacePo
     const float factor = in_lookup(of.tree[lookup].position, found.distance2[i], found.radius2);
     sum += double(of.tree_throughputs[lookup] * factor);
   }
-  return {per_area(sum, double(found.radius2)), per_area(sum + of.mean_throughput, double(found.radius2))};
+  return {per_area(sum, double(found.radius2)), per_area(sum + kPrior * of.mean_throughput, double(found.radius2))};
 }
 
 double ArrivalMap::density(Place place, int half, const SurfacePoint& at, float radius) const {
@@ -77,11 +79,11 @@ ArrivalMap::Factors ArrivalMap::factors(Place place, const PhotonMap::Weighable&
     w[half] = estimate(place, half, at, radius, in_lookup);
     if (!photon.has(Photon::kTransmits)) continue;
     const Estimate more = estimate(place, half, behind, radius, in_lookup);
-    w[half].density += more.density, w[half].with_one_more += more.with_one_more;
+    w[half].density += more.density, w[half].with_prior += more.with_prior;
   }
   Factors mean{0.0, 1.0};
   for (int half = 0; half < 2; ++half) {
-    const double all = plain_density + chain_density * w[half].with_one_more;
+    const double all = plain_density + chain_density * w[half].with_prior;
     const double of_chain = all > 0.0 ? chain_density / all : 0.0;
     mean.of_chain += 0.5 * of_chain;
     mean.plain -= 0.5 * of_chain * w[1 - half].density;
