@@ -342,9 +342,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     if (!look_up && !log_ && is_black(shading.bsdf.transparency()) && !finds_all && !may_find_light(point)) break;
     if (!at_bounce_limit && !below_surface(walk, {sampler, base + kSubsurface}, beta)) break;
     const LobeSplit split(shading.bsdf, point.wo, on_strand_or_point(point));
-    if (split.rough() && !at_bounce_limit && log_ &&
-        length_squared(point.position - start) >= sqr(settings_.shortest_logged))
-      log_arrival(ArrivalMap::kGathered, point, throughput * beta);
+    if (split.rough() && !at_bounce_limit && log_) log_gathered(start, point, throughput * beta);
     if (split.rough() && !at_bounce_limit && look_up) {
       const bool near = straight && depth < 2 && length < kNear * maps_.global_radius;
       radiance += beta * at_rough(point, *split.rough(), {media, walk.hit}, near ? depth + 1 : 0, {sampler, base});
@@ -432,6 +430,11 @@ bool PhotonGatherer::probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gat
   if (!find_rough(scene_.spawn_ray(point, sample->wi), point, shading)) return false;
   gathered = surface_point(point, point.ng);
   return true;
+}
+
+void PhotonGatherer::log_gathered(Vec3 start, const ShadingPoint& point, Color throughput) {
+  if (length_squared(point.position - start) >= sqr(settings_.shortest_logged))
+    log_arrival(ArrivalMap::kGathered, point, throughput);
 }
 
 void PhotonGatherer::log_arrival(int place, const ShadingPoint& point, Color throughput) {

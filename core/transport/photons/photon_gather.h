@@ -167,6 +167,8 @@ class PhotonGatherer {
     return log_ && (pixel_ + index_ + i) % uint32_t(log_->stride[ArrivalMap::kGathered]) == 0;
   }
   void log_arrival(int place, const ShadingPoint& point, Color throughput);
+  /// At the end of a gather ray from `start`.
+  void log_gathered(Vec3 start, const ShadingPoint& point, Color throughput);
   Color from_map(const ShadingPoint& point, const Bsdf& rough, const BounceCounts& bounces);
 
   const Scene& scene_;
