@@ -38,8 +38,6 @@ class GatherPasses {
 
   /// Time of the photons and of the samples of this pass.
   float time() const { return time_of_pass(*scene_, seed_, pass_); }
-  float global_radius() const { return maps_.global_radius; }
-  float caustic_radius() const { return maps_.caustic_radius; }
   /// The shortest gather rays whose lookups are logged. The same in all passes.
   float shortest_logged() const { return gather_.shortest_logged; }
   void add_statistics(IntegratorStatistics& statistics) const;

@@ -128,10 +128,9 @@ class Mps final : public Integrator {
   }
 
   /// The photons that the states of the chains of a pass leave, for each chain.
-  std::vector<Deposit> run_chains(const std::atomic<bool>& stop) {
+  std::vector<Deposit> run_chains(const TimeWindow& window, const std::atomic<bool>& stop) {
     const uint32_t steps = passes_.photon_count();
     std::vector<Deposit> deposits(ensemble_.size());
-    const TimeWindow window(*scene_, passes_.time(), passes_.pass());
     const double scale = ensemble_.brightness() / (double(steps) * window.share());
     ensemble_.run(steps, stop, [&](size_t chain, const Path& path, double weight, Sampler&) {
       if (!window.contains(path.time())) return;
@@ -144,10 +143,11 @@ class Mps final : public Integrator {
 
   /// Chooses the radii by plain photons and by photons of chains, which are then thrown away, because they do not know the
   /// shortest gather rays. Then logs lookups.
-  void begin_passes(const Film& film, const PhotonBatch& plain, const std::atomic<bool>& stop) {
+  void begin_passes(const Film& film, const PhotonBatch& plain, const TimeWindow& window,
+                    const std::atomic<bool>& stop) {
     if (!ensemble_.begin(*space_, mutations_, seed_, kSeeds, stop)) return;
     std::vector<Photon> independent[2] = {plain.global, plain.caustic};
-    const std::vector<Deposit> deposits = run_chains(stop);
+    const std::vector<Deposit> deposits = run_chains(window, stop);
     for (int kind = 0; kind < 2; ++kind) {
       size_t number = 0;
       for (const Deposit& deposit : deposits)
@@ -170,11 +170,12 @@ class Mps final : public Integrator {
     emission.site_stride = 0;
     PhotonBatch plain = trace_photons(*scene_, media_.get(), emission, stop);
     photon_rays_ += plain.rays;
-    if (passes_.pass() == 0)
-      begin_passes(film, plain, stop);
+    const TimeWindow window(*scene_, emission.time, emission.pass);
+    if (emission.pass == 0)
+      begin_passes(film, plain, window, stop);
     else
       passes_.choose_radii({}, {});
-    const std::vector<Deposit> deposits = run_chains(stop);
+    const std::vector<Deposit> deposits = run_chains(window, stop);
     if (stop.load(std::memory_order_relaxed)) return;
 
     for (const Deposit& deposit : deposits) refused_photons_ += deposit.refused;
@@ -189,12 +190,11 @@ class Mps final : public Integrator {
       const std::vector<Photon>& more = kind == 1 ? plain.caustic : plain.global;
       photons[kind].insert(photons[kind].end(), more.begin(), more.end());
     }
-    const double share = TimeWindow(*scene_, emission.time, emission.pass).share();
     // Photons per watt: `per_lookup` times W for chains, and `plain_density` for plain photons.
     const double watts = double(luminance(Color(Vec3(plain.emitted[0], plain.emitted[1], plain.emitted[2]))));
     const double plain_density = watts > 0.0 ? double(emission.count) / watts : 0.0;
     const double per_lookup = ensemble_.brightness() > 0.0
-                                  ? double(emission.count) * share / kStatesAlike / ensemble_.brightness()
+                                  ? double(emission.count) * window.share() / kStatesAlike / ensemble_.brightness()
                                   : 0.0;
     std::vector<IrradianceSite> sites;
     const uint32_t stride = passes_.site_stride(uint32_t(entries[0].size()));

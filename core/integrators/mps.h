@@ -12,9 +12,9 @@
 // shutter interval, and the image is biased.
 //
 // Differences from the thesis: the flux of a photon contains the share of its eye subpath among all eye subpaths from
-// its position (arrival_map.h); without this factor the flux is wrong. Plain photons have the light
-// that the weighted photons of chains leave, in the expectation (the balance heuristic for each position) [after Veach
-// 1997, section 9.2].
+// its position (arrival_map.h); without this factor the flux is wrong. Plain photons have the light that the weighted
+// photons of chains leave, in the expectation (balance heuristic for each position) [after Veach 1997, section 9.2].
+// Their weights can be negative, and so can single samples of the image.
 #pragma once
 
 #include "integrators/integrator.h"

@@ -29,7 +29,6 @@ struct Photon {
   static constexpr uint32_t kTransmits = 1u << 31;
   /// The photon comes from a Markov chain.
   static constexpr uint32_t kOfChain = 1u << 30;
-  bool transmits() const { return packed_direction & kTransmits; }
 };
 static_assert(sizeof(Photon) == 36);
 
