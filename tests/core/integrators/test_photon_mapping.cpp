@@ -187,7 +187,7 @@ TEST_P(PhotonMapping, light_through_a_thin_frosted_pane_is_complete) {
   SceneDescription d;
   add_object(d, cube(true), add_diffuse(d, Color(0.6f)));
   Mat4 pane = placed(Vec3(0.0f, 0.2f, 0.0f), 0.999f);
-  pane[1] *= 0.004f;
+  pane[1] *= 0.0015f;
   add_object(d, cube(), add_material(d, "ShaderNodeBsdfGlass", Color(1.0f), 0.4f), pane);
   add_object(d, plane(1.0f), add_diffuse(d, Color(0.0f), Color(4.0f)), placed(Vec3(0.0f, 0.6f, 0.95f), 0.35f));
   set_camera(d, Vec3(0.0f, 0.0f, 0.1f), Vec3(0.1f, -1.0f, -0.2f), 12);
