@@ -50,7 +50,7 @@ class Bdpt final : public Integrator {
     const double light_walks = double(film.width()) * double(film.height());
     tbb::enumerable_thread_specific<BidirectionalWalks> walks([&] {
       BidirectionalWalks w(*scene_, light_walks);
-      w.finds_beyond_terminator = true;
+      w.sampled = SampledLights::Both;
       w.leaves_unconnectable = merging_.active();
       w.media = media_.get();
       w.merging = merging_.active() ? &merging_ : nullptr;

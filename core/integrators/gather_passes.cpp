@@ -35,10 +35,12 @@ constexpr int kEnoughForTexels = 10;
 /// Light that is seen without gathering is sampled four times before the first update. It gets at most a quarter of the
 /// rays.
 constexpr FurtherSamples::Limits kFurtherSeen{4, 0.25};
+constexpr double kBeyondShare = 0.25;      // rays that look for light beyond the terminator, of all rays, at most
 constexpr double kLookupPilotShare = 4.0;  // lookups logged before the first pass, per photon
 
 struct Counters {
   uint64_t rays = 0, gathered = 0, from_sites = 0;
+  RareLight beyond;
 };
 
 }  // namespace
@@ -55,6 +57,7 @@ void GatherPasses::prepare(const Scene& scene, const PathMedia* media, uint32_t 
   const Vec3 forward = camera.forward(time());
   gather_.pixel = {camera.position(), kPixels / std::sqrt(camera.film_density(forward, time())),
                    camera.is_orthographic()};
+  if (has_soft_terminator(scene) && !scene.lights().empty()) gather_.beyond_terminator = RareLight::kFirst;
   gather_.light_without_photons = scene.emission_without_lights() || (media && media->any_emission());
   // Photons of chains lie in clusters. The disc up to the k-th photon ends at such a cluster too often, so that narrower
   // lookups would overestimate (rooms: by 15 % with 10 neighbours).
@@ -196,10 +199,13 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
         c.rays += gatherer.rays();
         c.gathered += gatherer.gathered();
         c.from_sites += gatherer.from_sites();
+        c.beyond.add(gatherer.beyond());
       },
       tbb::simple_partitioner());
-  counters.combine_each(
-      [&](const Counters& c) { rays_ += c.rays, gathered_ += c.gathered, from_sites_ += c.from_sites; });
+  counters.combine_each([&](const Counters& c) {
+    rays_ += c.rays, gathered_ += c.gathered, from_sites_ += c.from_sites;
+    beyond_.add(c.beyond);
+  });
   if (arrivals_ && !stop.load(std::memory_order_relaxed)) arrivals_->add(logs);
 }
 
@@ -258,6 +264,8 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
   seen_rays.combine_each([&](uint64_t rays) { seen_rays_ += rays; });
   paths_ += uint64_t(film.width()) * uint64_t(film.height());
   ++pass_;
+  if (beyond_.samples() > 0 && std::has_single_bit(pass_))
+    gather_.beyond_terminator = beyond_.probability(kBeyondShare * double(rays_));
   if (!stop.load(std::memory_order_relaxed)) further_.learn(pass_, rays_ - lookup_pilot_rays_, seen_rays_);
   if (stop.load(std::memory_order_relaxed) || guide_samples_.empty() || pass_ < first_training_ ||
       !std::has_single_bit(pass_))

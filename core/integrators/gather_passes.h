@@ -61,6 +61,7 @@ class GatherPasses {
   float first_global_radius_ = 0.0f, first_caustic_radius_ = 0.0f;
   ArrivalMap* arrivals_ = nullptr;
   FurtherSamples further_;
+  RareLight beyond_;  ///< light beyond the shadow terminator, of gather rays
   GuideTree guide_{GuideTree::kWidthPriorOfGatherRays};
   std::vector<std::vector<GuideSample>> guide_samples_;  ///< for each tile, since the last training step of the guide
   uint64_t rays_ = 0, seen_rays_ = 0, lookup_pilot_rays_ = 0, paths_ = 0, gathered_ = 0, from_sites_ = 0;

@@ -137,7 +137,6 @@ const std::vector<IntegratorInfo>& integrator_list() {
 }
 
 Bias bias_with(const DirectPass& direct, Bias chains) {
-  if (direct.chains_leave_out_light()) return Bias::Biased;
   return direct.merging().active() ? std::max(chains, Bias::Consistent) : chains;
 }
 
@@ -154,6 +153,7 @@ void add_statistics_of(const VertexMerging& merging, IntegratorStatistics& stati
 void add_statistics_of(const DirectPass& direct, IntegratorStatistics& statistics) {
   add_statistics_of(direct.merging(), statistics);
   if (direct.rays_below() > 0) statistics.extra["subsurface_rays"] = double(direct.rays_below());
+  if (direct.rays_beyond() > 0) statistics.extra["terminator_rays"] = double(direct.rays_beyond());
 }
 
 void add_statistics_of(const MediaCounters& counters, size_t bytes, IntegratorStatistics& statistics) {

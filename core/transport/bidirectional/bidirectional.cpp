@@ -9,6 +9,7 @@
 #include "transport/paths/eye_walk.h"
 #include "transport/paths/light_walk_guide.h"
 #include "transport/paths/record.h"
+#include "transport/paths/shadow_terminator.h"
 
 namespace ajar {
 
@@ -51,6 +52,10 @@ const std::vector<FoundPath>& BidirectionalWalks::sample(Vec2 film, Sampler& sam
   found_.clear();
   connections_.clear();
   walk_from_eye(film, sampler, aux);
+  if (sampled == SampledLights::BeyondTerminator) {
+    find_beyond_terminator(sampler);
+    return found_;
+  }
   if (below == BelowSurfaces::With && eye_[size_t(eye_count_ - 1)].exit < 0) return found_;
   walk_from_light(sampler);
   for (int i = 0; i < hit_count_; ++i) find_by_hit(i);
@@ -64,6 +69,15 @@ const std::vector<FoundPath>& BidirectionalWalks::sample(Vec2 film, Sampler& sam
     for (int s = 2; s <= light_count_ && s + 1 <= max_vertices_; ++s) find_by_lens(s);
   }
   return found_;
+}
+
+/// Samples lights beyond the terminator at the vertices of the walk from the eye after a bounce.
+void BidirectionalWalks::find_beyond_terminator(Sampler& sampler) {
+  bool direct = true;
+  for (int t = 2; t <= eye_count_ && t + 1 <= max_vertices_; ++t) {
+    direct = direct && (t == 2 || eye_[size_t(t - 2)].vertex.specular);
+    if (!direct && has_soft_terminator(eye_[size_t(t - 1)].vertex.point)) find_by_light_sample(t, sampler);
+  }
 }
 
 void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* aux) {

@@ -40,6 +40,13 @@ enum class BelowSurfaces : uint8_t {
   Diffuse   ///< no light enters: the lobes are diffuse reflection, for photons
 };
 
+/// The light that light sampling finds, by the sides of the shadow terminator (shadow_terminator.h).
+enum class SampledLights : uint8_t {
+  BeforeTerminator,
+  Both,
+  BeyondTerminator  ///< no other paths are found, and none that are direct
+};
+
 class BidirectionalWalks {
  public:
   /// `light_walks`: number of light walks for the whole film per eye walk in each pixel^2. There are as many paths that
@@ -97,9 +104,8 @@ class BidirectionalWalks {
   const PathMedia* media = nullptr;
   /// Time of all paths, where photons of one time are looked up; empty: each sample draws its own.
   std::optional<float> pass_time;
-  /// Light sampling also finds light beyond the terminator (shadow_terminator.h). Such paths are not paths of a
-  /// PathSpace.
-  bool finds_beyond_terminator = false;
+  /// Paths by light beyond the terminator are not paths of a PathSpace.
+  SampledLights sampled = SampledLights::BeforeTerminator;
   BelowSurfaces below = BelowSurfaces::Both;
   /// The point on the lens, if it is given.
   std::optional<Vec2> lens_point;
@@ -135,6 +141,7 @@ class BidirectionalWalks {
 
   bool knows_walks_below() const { return has_subsurface_ && below != BelowSurfaces::Diffuse; }
   void walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* aux);
+  void find_beyond_terminator(Sampler& sampler);
   static void arrive_at(WalkVertex& next, const PathVertex& previous, const Through& through, Color beta,
                         float pdf_direction);
   void begin_at_lens();

@@ -6,6 +6,7 @@
 #include "transport/bidirectional/bidirectional.h"
 #include "transport/paths/eye_history.h"
 #include "transport/paths/light_walk_guide.h"
+#include "transport/paths/shadow_terminator.h"
 
 namespace ajar {
 
@@ -170,6 +171,7 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   if (is_limited(light, t - 2)) return;
   if (leaves_out(t, true) && sends_photons(scene_, light)) return;
   PathEdge edge = join(light, b);
+  if (sampled == SampledLights::BeyondTerminator && !grazes_terminator(b.point, -edge.to_eye)) return;
   const LightEnd light_side = light_end(scene_, light, b, edge, guide);
   if (!(light_side.pdf_sampled > 0.0f)) return;
   Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
@@ -178,7 +180,7 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   at_b.f = visible_part(scene_, light, scattering, b.point.wo, -edge.to_eye, false, at_b.f);
   Color contribution = end.beta * at_b.f * light_side.radiance * (edge.to_light_area() / light_side.pdf_sampled);
   if (is_black(contribution) || !look_along({scene_, media}, light, b, edge, rays_)) {
-    if (!finds_beyond_terminator) return;
+    if (sampled == SampledLights::BeforeTerminator) return;
     contribution = end.beta *
                    light_beyond_terminator({scene_, media}, light, scattering, edge, light_side, at_b.f, rays_) /
                    light_side.pdf_sampled;
@@ -186,6 +188,7 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
     found({1, t, contribution * with_history(1.0f, 1, t, edge), film_}, edge);
     return;
   }
+  if (sampled == SampledLights::BeyondTerminator) return;
 
   Densities d;
   d.count = t + 1;

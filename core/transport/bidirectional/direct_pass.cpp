@@ -10,7 +10,6 @@
 
 #include "transport/bidirectional/bidirectional.h"
 #include "transport/bidirectional/direct_paths.h"
-#include "transport/paths/shadow_terminator.h"
 
 namespace ajar {
 
@@ -24,9 +23,9 @@ void DirectPass::prepare(const Scene& scene, const PathMedia* media, bool merges
   seed_ = seed;
   wanted_ = done_ = 0;
   rays_ = further_rays_ = 0;
-  leaves_out_light_ = has_soft_terminator(scene);
   merging_.prepare(scene, media, merges, seed);
   below_.prepare(scene, seed);
+  beyond_.prepare(scene, seed);
 }
 
 void DirectPass::add(Film& film, const PathSpace& space, int steps, const std::atomic<bool>& stop) {
@@ -42,6 +41,7 @@ void DirectPass::add(Film& film, const PathSpace& space, int steps, const std::a
     if (stop.load(std::memory_order_relaxed)) break;
     further_.learn(done_, rays_, further_rays_);
     if (below_.active()) below_.learn(done_, double(film.width()) * double(film.height()), rays_ + further_rays_);
+    if (beyond_.active()) beyond_.learn(done_, rays_ + further_rays_);
   }
   done_ = end;
 }
@@ -63,6 +63,8 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
   });
   tbb::enumerable_thread_specific<LightBelow::Walker> below(
       [&] { return LightBelow::Walker(below_, space, LightPasses(space.scene, film)); });
+  tbb::enumerable_thread_specific<LightBeyond::Walker> beyond(
+      [&] { return LightBeyond::Walker(beyond_, space, LightPasses(space.scene, film)); });
   tbb::parallel_for(
       tbb::blocked_range2d<int>(0, (film.height() + kTile - 1) / kTile, 1, 0, (film.width() + kTile - 1) / kTile, 1),
       [&](const tbb::blocked_range2d<int>& tiles) {
@@ -99,9 +101,11 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
                 if (wanted) passes.add(walk.passes.parts());
                 rays.own += walk.rays() - before;
               }
-              if (below_.active())
-                sample.radiance += below.local().sample(at, merging ? std::optional(merging->time()) : std::nullopt,
-                                                        sampler, pixel, s, wanted);
+              const std::optional<float> time = merging ? std::optional(merging->time()) : std::nullopt;
+              if (below_.active()) sample.radiance += below.local().sample(at, time, sampler, pixel, s, wanted);
+              if (beyond_.active())
+                sample.radiance += beyond.local().sample(at, time, sampler, pixel, s, sample.radiance + sample.merged,
+                                                         wanted);
               if (film.add_sample(px, py, sample.radiance + sample.merged, sample.alpha, aux) && wanted)
                 film.add_parts(px, py, passes.parts());
             }
@@ -110,6 +114,7 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
       },
       tbb::simple_partitioner());
   for (const LightBelow::Walker& walker : below) below_.count(walker);
+  for (const LightBeyond::Walker& walker : beyond) beyond_.count(walker);
   counted.combine_each([&](const Rays& rays) { rays_ += rays.own, further_rays_ += rays.further; });
 }
 

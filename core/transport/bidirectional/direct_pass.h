@@ -1,6 +1,8 @@
-// Direct light of the whole film (direct_paths.h), and light that media emit, for integrators whose chains or populations leave it out. Where
-// there is subsurface scattering, it adds the light by walks below surfaces (light_below.h). Where merging is active, it also adds the light of paths that only photons find. Pixels with highlights and reflected lamps
-// smaller than a pixel get further samples (further_samples.h).
+// Direct light of the whole film (direct_paths.h), and light that media emit, for integrators whose chains or populations
+// leave it out. Where there is subsurface scattering, it adds the light by walks below surfaces (light_below.h). Where
+// there are smooth meshes, it adds the light beyond the shadow terminator (light_beyond.h). Where merging is active, it
+// also adds the light of paths that only photons find. Pixels with highlights and reflected lamps smaller than a pixel
+// get further samples (further_samples.h).
 #pragma once
 
 #include <atomic>
@@ -8,6 +10,7 @@
 #include "film/film.h"
 #include "transport/bidirectional/further_samples.h"
 #include "transport/bidirectional/light_below.h"
+#include "transport/bidirectional/light_beyond.h"
 #include "transport/bidirectional/vertex_merging.h"
 #include "transport/paths/path.h"
 
@@ -17,8 +20,6 @@ class DirectPass {
  public:
   /// `merges`: use vertex merging.
   void prepare(const Scene& scene, const PathMedia* media, bool merges, uint32_t seed);
-  /// Whether chains leave out light beyond the shadow terminator, after a bounce.
-  bool chains_leave_out_light() const { return leaves_out_light_; }
   VertexMerging& merging() { return merging_; }
   const VertexMerging& merging() const { return merging_; }
 
@@ -27,9 +28,10 @@ class DirectPass {
   /// photon pass.
   void add(Film& film, const PathSpace& space, int steps, const std::atomic<bool>& stop);
   /// Without the rays of merging's photons.
-  uint64_t rays() const { return rays_ + further_rays_ + below_.rays(); }
-  /// The part that walks below surfaces need.
+  uint64_t rays() const { return rays_ + further_rays_ + below_.rays() + beyond_.rays(); }
+  /// The parts that walks below surfaces, and walks for light beyond the terminator, need.
   uint64_t rays_below() const { return below_.rays(); }
+  uint64_t rays_beyond() const { return beyond_.rays(); }
 
   static constexpr uint32_t kShare = 4;  ///< chain steps in a pixel for each direct sample
 
@@ -38,10 +40,10 @@ class DirectPass {
 
   uint32_t seed_ = 0, wanted_ = 0, done_ = 0;  ///< wanted_: chain steps; done_: samples
   uint64_t rays_ = 0, further_rays_ = 0;
-  bool leaves_out_light_ = false;
   VertexMerging merging_;
   FurtherSamples further_;
   LightBelow below_;
+  LightBeyond beyond_;
 };
 
 }  // namespace ajar

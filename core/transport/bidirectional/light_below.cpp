@@ -25,7 +25,7 @@ void LightBelow::prepare(const Scene& scene, uint32_t seed) {
 LightBelow::Walker::Walker(const LightBelow& owner, const PathSpace& space, const LightPasses& passes)
     : owner_(owner), scene_(space.scene), walks_(space.scene, 1.0), further_(Sampler::Kind::Sobol, owner.seed_) {
   walks_.below = BelowSurfaces::With;
-  walks_.finds_beyond_terminator = true;
+  walks_.sampled = SampledLights::Both;
   walks_.media = space.media;
   walks_.guide = space.guide;
   walks_.passes = passes;

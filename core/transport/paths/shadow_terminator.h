@@ -9,8 +9,9 @@
 // can find these paths, neither from the eye nor from the light, so light sampling counts them fully (a density of zero
 // has no weight).
 //
-// Light sampling from eye paths supports this: `path` with every method, `bdpt`, and the direct light of the other
-// integrators. Their indirect light does not have it (docs/agreement.md), so they are biased where it is possible.
+// Light sampling from eye paths finds this light: `path` with every method, `bdpt`, and the direct light of the other
+// integrators. After a bounce, chains, populations and photons leave it out, and walks from the eye add it
+// (light_beyond.h, light_without_photons.cpp).
 #pragma once
 
 #include "scene/scene.h"

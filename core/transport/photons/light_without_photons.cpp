@@ -1,4 +1,5 @@
-// The part of PhotonGatherer (photon_gather.h) that finds light which sends no photons.
+// The part of PhotonGatherer (photon_gather.h) that finds light which brings no photons: emission that sends none, and
+// light beyond the shadow terminator (shadow_terminator.h).
 #include <algorithm>
 #include <cmath>
 
@@ -10,22 +11,48 @@ namespace ajar {
 
 namespace {
 constexpr int kFreeBounces = 2;  // before roulette
+constexpr uint32_t kStream = 0x756E6C69U, kBeyondStream = 0x62796E64U;
 }  // namespace
+
+Color PhotonGatherer::light_beyond(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Pcg32& rng) {
+  const LightSet& lights = scene_.lights();
+  if (!has_soft_terminator(point) || lights.empty() || !bsdf.has_non_delta()) return Color(0.0f);
+  const float u_choice = rng.next_float(), ux = rng.next_float();
+  const Vec2 u(ux, rng.next_float());
+  const DirectLightContext context{scene_, point, bsdf};
+  if (!place.media.active()) return estimate_direct<true>(context, u_choice, u, rays_);
+  return estimate_direct<true>(MediaDirectContext<EyeMedia::State>(context, place.media.state(), place.hit), u_choice,
+                               u, rays_);
+}
+
+Color PhotonGatherer::light_beyond(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, uint32_t number) {
+  const float probability = settings_.beyond_terminator;
+  if (!(probability > 0.0f) || log_only_ || !has_soft_terminator(point)) return Color(0.0f);
+  Pcg32 rng(hash_combine(hash_combine(pixel_, index_), number + uint32_t(gathered_)), kBeyondStream);
+  if (!(rng.next_float() < probability)) return Color(0.0f);
+  const uint64_t before = rays_;
+  const Color light = light_beyond(point, bsdf, place, rng) / probability;
+  beyond_.note_found(light, rays_ - before, probability);
+  return light;
+}
 
 Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf& rough, const Place& place,
                                             uint32_t dimension) {
   const BounceLimits& limits = scene_.settings().bounces;
-  Pcg32 rng(hash_combine(hash_combine(pixel_, index_), dimension + uint32_t(gathered_)), 0x756E6C69U);
-  // Each of the gather rays of a surface goes on with this probability: one of them in the mean.
-  const float rays = float(std::max(1, settings_.rays));
-  if (!(rng.next_float() * rays < 1.0f)) return Color(0.0f);
+  Color radiance = light_beyond(from, rough, place, dimension), beyond(0.0f);
+  Pcg32 rng(hash_combine(hash_combine(pixel_, index_), dimension + uint32_t(gathered_)), kStream);
+  // Each of the gather rays of a surface goes on with this probability: one of them in the mean, if there is emission.
+  const float share = settings_.light_without_photons ? 1.0f : settings_.beyond_terminator;
+  const float rays = float(std::max(1, settings_.rays)) / share;
+  if (!(rng.next_float() * rays < 1.0f)) return radiance;
+  const uint64_t before = rays_;
   const auto sampled = [&rng](const Bsdf& bsdf, Vec3 wo) {
     const float u_lobe = rng.next_float(), ux = rng.next_float();
     return bsdf.sample(wo, u_lobe, {ux, rng.next_float()});
   };
   const auto first = sampled(rough, from.wo);
-  if (!first || !(first->pdf_solid_angle > 0.0f)) return Color(0.0f);
-  Color radiance(0.0f), beta = first->f_cos / first->pdf_solid_angle * rays;
+  if (!first || !(first->pdf_solid_angle > 0.0f)) return radiance;
+  Color beta = first->f_cos / first->pdf_solid_angle * rays;
   EyeWalk walk(scene_, scene_.spawn_ray(from, first->wi), rays_, from);
   EyeMedia media(scene_, media_, stack_towards(from, place, first->wi), rng.next(), rays_);
   media.count_only_emission();
@@ -52,6 +79,8 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
         !walk_below_or_stay(scene_, walk.hit.instance, {rng.next_float(), rng.next()}, point, walk.shading, beta,
                             rays_))
       break;
+    if (!at_bounce_limit && settings_.beyond_terminator > 0.0f)
+      beyond += beta * light_beyond(point, shading.bsdf, {media, walk.hit}, rng);
     const auto sample = sampled(shading.bsdf, point.wo);
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
     beta *= sample->f_cos / sample->pdf_solid_angle;
@@ -72,7 +101,8 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
     media.scattered_at_surface();
     walk.leave_along(sample->wi);
   }
-  return radiance;
+  if (settings_.beyond_terminator > 0.0f) beyond_.note_found(beyond, rays_ - before, share);
+  return radiance + beyond;
 }
 
 }  // namespace ajar

@@ -275,7 +275,8 @@ Color PhotonGatherer::at_rough(const ShadingPoint& point, const Bsdf& rough, con
   const auto [sampler, dimension] = numbers;
   if (depth > 0) return reflected(point, rough, place, Color(0.0f), 1, depth, {sampler, dimension + kVertexDimensions});
   Color radiance = maps_.has_global ? from_map(point, rough, bounces_of(point, place.media)) : Color(0.0f);
-  if (settings_.light_without_photons && !log_only_) radiance += light_without_photons(point, rough, place, dimension);
+  if ((settings_.light_without_photons || settings_.beyond_terminator > 0.0f) && !log_only_)
+    radiance += light_without_photons(point, rough, place, dimension);
   if (scene_.lights().any_partial()) radiance += partial_light(point, rough, place, sampler, dimension + kRoughLight);
   return radiance;
 }
@@ -288,7 +289,9 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
                  hash_combine(hash_combine(pixel_, index_), numbers.dimension + uint32_t(gathered_)), rays_);
   media.guide(guide_);
   count_bounce(first, from, walk.point);
-  return follow(walk, media, origin, throughput, depth, numbers);
+  const Incoming found = follow(walk, media, origin, throughput, depth, numbers);
+  if (settings_.beyond_terminator > 0.0f) beyond_.note_sample(found.direct + found.scattered);
+  return found;
 }
 
 PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, DirectVertex origin, Color throughput,
@@ -300,7 +303,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
   ShadingPoint& point = walk.point;
   const SurfaceShading& shading = walk.shading;
   bool at_bounce_limit = past_limits(point, limits) || media.at_limit();
-  const bool look_up = maps_.has_global || settings_.light_without_photons;
+  const bool look_up = maps_.has_global || settings_.light_without_photons || settings_.beyond_terminator > 0.0f;
   const int first_depth = point.ray_depth;
   const Vec3 start = walk.ray.origin;
   const auto emitted = [&]() -> Color& { return point.ray_depth == first_depth ? result.direct : radiance; };
@@ -351,8 +354,10 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     // No photons are stored on hair and points, and the caustic map has no light of bent lobes: direct light is sampled
     // here, and the ray that goes on finds all other light.
     finds_all = finds_all || on_strand_or_point(point) || seen_by_bent_lobes(point, *split.sharp(), point.wo);
-    if (finds_all && !at_bounce_limit)
-      radiance += beta * direct_light(point, *split.sharp(), {media, walk.hit}, sampler, base + kSharpLight);
+    if (!at_bounce_limit)
+      radiance += beta * (finds_all
+                              ? direct_light(point, *split.sharp(), {media, walk.hit}, sampler, base + kSharpLight)
+                              : light_beyond(point, *split.sharp(), {media, walk.hit}, base + kSharpLight));
     const auto sample = sample_sharp(*split.sharp(), point.wo, {sampler, base + kLobe});
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
     beta *= sample->f_cos / sample->pdf_solid_angle;

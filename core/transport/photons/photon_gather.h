@@ -21,6 +21,7 @@
 #include "transport/guiding/guided_bsdf.h"
 #include "transport/paths/eye_walk.h"
 #include "transport/paths/light_passes.h"
+#include "transport/paths/rare_light.h"
 #include "transport/photons/arrival_map.h"
 #include "transport/photons/photon_map.h"
 
@@ -39,6 +40,8 @@ struct GatherSettings {
   int enough = 3;       ///< photons in such an estimate that is wider than a pixel; 0: all within the radius
   PixelRadius pixel;
   bool light_without_photons = false;  ///< a volume or a surface emits that sends no photons
+  /// The probability of looking for light beyond the shadow terminator, which brings no photons either; 0: there is none
+  float beyond_terminator = 0.0f;
   int gather_neighbours = 10;  ///< photons in an estimate at the end of a gather ray, where no irradiance site is near
   float shortest_logged = 0.0f;  ///< length of the shortest gather rays whose lookups are recorded
 
@@ -58,7 +61,8 @@ class PhotonGatherer {
         maps_(maps),
         settings_(settings),
         sampler_(Sampler::Kind::Sobol, seed),
-        gather_sampler_(Sampler::Kind::Sobol, hash_combine(seed, 0x67617468U)) {}
+        gather_sampler_(Sampler::Kind::Sobol, hash_combine(seed, 0x67617468U)),
+        beyond_(scene.settings().exposure) {}
 
   /// Starts sample `index` of pixel number `pixel`. The first dimensions of the returned sampler belong to the camera.
   Sampler& start(uint32_t pixel, uint32_t index) {
@@ -102,6 +106,8 @@ class PhotonGatherer {
   uint64_t rays() const { return rays_; }
   uint64_t gathered() const { return gathered_; }
   uint64_t from_sites() const { return from_sites_; }
+  /// Light beyond the shadow terminator: the samples are gather rays.
+  const RareLight& beyond() const { return beyond_; }
 
  private:
   /// A sampler and its first dimension.
@@ -125,6 +131,10 @@ class PhotonGatherer {
   /// Direct light from lights that only some kinds of lobes see, which is in no map.
   Color partial_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
                       uint32_t dimension);
+  /// Direct light beyond the shadow terminator, which is in no map.
+  Color light_beyond(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Pcg32& rng);
+  /// The same, looked for with the probability of the settings. `number`: of the vertex.
+  Color light_beyond(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, uint32_t number);
   static std::optional<BsdfSample> sample_sharp(const Bsdf& sharp, Vec3 wo, Numbers numbers);
   /// At surfaces with subsurface scattering: goes below the surface, or stays. False if the walk is lost.
   bool below_surface(EyeWalk& walk, Numbers numbers, Color& beta);
@@ -143,7 +153,7 @@ class PhotonGatherer {
   /// Light that the rough lobes at the end of a gather ray scatter: from the maps, or for `depth` > 0 gathered once
   /// more.
   Color at_rough(const ShadingPoint& point, const Bsdf& rough, const Place& place, int depth, Numbers numbers);
-  /// Light that sends no photons, beyond the surface where a gather ray ends.
+  /// Light that brings no photons, beyond the surface where a gather ray ends.
   Color light_without_photons(const ShadingPoint& from, const Bsdf& rough, const Place& place, uint32_t dimension);
   /// The volumes of a ray from a surface.
   MediaStack stack_towards(const ShadingPoint& from, const Place& place, Vec3 direction) const;
@@ -190,6 +200,7 @@ class PhotonGatherer {
   std::vector<GuideSample>* guide_samples_ = nullptr;
   uint32_t guide_stride_ = 1;
   uint64_t rays_ = 0, gathered_ = 0, from_sites_ = 0;
+  RareLight beyond_;
 };
 
 }  // namespace ajar
