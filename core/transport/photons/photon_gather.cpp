@@ -281,6 +281,12 @@ Color PhotonGatherer::at_rough(const ShadingPoint& point, const Bsdf& rough, con
   return radiance;
 }
 
+Color PhotonGatherer::sharp_light(const ShadingPoint& point, const LobeSplit& split, const Place& place, bool all,
+                                  Numbers numbers) {
+  return all ? direct_light(point, *split.sharp(), place, numbers.sampler, numbers.dimension)
+             : light_beyond(point, *split.sharp(), place, numbers.dimension);
+}
+
 PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, const Place& place, const BsdfSample& first,
                                                   const DirectVertex& origin, Color throughput, int depth,
                                                   Numbers numbers) {
@@ -303,7 +309,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
   ShadingPoint& point = walk.point;
   const SurfaceShading& shading = walk.shading;
   bool at_bounce_limit = past_limits(point, limits) || media.at_limit();
-  const bool look_up = maps_.has_global || settings_.light_without_photons || settings_.beyond_terminator > 0.0f;
+  const bool look_up = looks_up();
   const int first_depth = point.ray_depth;
   const Vec3 start = walk.ray.origin;
   const auto emitted = [&]() -> Color& { return point.ray_depth == first_depth ? result.direct : radiance; };
@@ -355,9 +361,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     // here, and the ray that goes on finds all other light.
     finds_all = finds_all || on_strand_or_point(point) || seen_by_bent_lobes(point, *split.sharp(), point.wo);
     if (!at_bounce_limit)
-      radiance += beta * (finds_all
-                              ? direct_light(point, *split.sharp(), {media, walk.hit}, sampler, base + kSharpLight)
-                              : light_beyond(point, *split.sharp(), {media, walk.hit}, base + kSharpLight));
+      radiance += beta * sharp_light(point, split, {media, walk.hit}, finds_all, {sampler, base + kSharpLight});
     const auto sample = sample_sharp(*split.sharp(), point.wo, {sampler, base + kLobe});
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
     beta *= sample->f_cos / sample->pdf_solid_angle;

@@ -153,6 +153,12 @@ class PhotonGatherer {
   /// Light that the rough lobes at the end of a gather ray scatter: from the maps, or for `depth` > 0 gathered once
   /// more.
   Color at_rough(const ShadingPoint& point, const Bsdf& rough, const Place& place, int depth, Numbers numbers);
+  /// Direct light of the sharp lobes where a gather ray ends: all of it, or what is in no map.
+  Color sharp_light(const ShadingPoint& point, const LobeSplit& split, const Place& place, bool all, Numbers numbers);
+  /// Whether gather rays find light at rough lobes.
+  bool looks_up() const {
+    return maps_.has_global || settings_.light_without_photons || settings_.beyond_terminator > 0.0f;
+  }
   /// Light that brings no photons, beyond the surface where a gather ray ends.
   Color light_without_photons(const ShadingPoint& from, const Bsdf& rough, const Place& place, uint32_t dimension);
   /// The volumes of a ray from a surface.
