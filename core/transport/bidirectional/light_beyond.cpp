@@ -20,7 +20,6 @@ constexpr double kShare = 0.5;
 void LightBeyond::prepare(const Scene& scene, uint32_t seed) {
   *this = LightBeyond();
   seed_ = hash_combine(seed, kStream);
-  found_ = RareLight(scene.settings().exposure);
   active_ = has_soft_terminator(scene) && !scene.lights().empty();
 }
 
