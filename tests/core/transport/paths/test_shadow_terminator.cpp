@@ -123,8 +123,8 @@ TEST(ShadowTerminator, all_techniques_find_its_light_after_a_bounce) {
     const std::pair<const char*, int> techniques[] = {{"bdpt", 160},       {"erpt", 640},      {"pmc_pt", 640},
                                                       {"metropolis", 640}, {"photon_map", 64}, {"mps", 64}};
     for (const auto& [name, samples] : techniques) {
-      // Photon maps spread light over the edges of the bowl (measured elsewhere); on the screen, they look up at the cube.
-      if (bowl && samples == 64) continue;
+      // MPS is 0.7 % too dark in the bowl, with this light and without it.
+      if (bowl && std::string(name) == "mps") continue;
       const auto integrator = make_integrator(name);
       integrator->prepare(build(d), 1);
       EXPECT_NE(integrator->bias(), Bias::Biased) << name;
