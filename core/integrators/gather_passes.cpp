@@ -57,7 +57,7 @@ void GatherPasses::prepare(const Scene& scene, const PathMedia* media, uint32_t 
   const Vec3 forward = camera.forward(time());
   gather_.pixel = {camera.position(), kPixels / std::sqrt(camera.film_density(forward, time())),
                    camera.is_orthographic()};
-  if (has_soft_terminator(scene) && !scene.lights().empty()) gather_.beyond_terminator = RareLight::kFirst;
+  if (has_soft_terminator(scene)) gather_.beyond_terminator = RareLight::kFirst;
   gather_.light_without_photons = scene.emission_without_lights() || (media && media->any_emission());
   // Photons of chains lie in clusters. The disc up to the k-th photon ends at such a cluster too often, so that narrower
   // lookups would overestimate (rooms: by 15 % with 10 neighbours).

@@ -73,11 +73,9 @@ const std::vector<FoundPath>& BidirectionalWalks::sample(Vec2 film, Sampler& sam
 
 /// Samples lights beyond the terminator at the vertices of the walk from the eye after a bounce.
 void BidirectionalWalks::find_beyond_terminator(Sampler& sampler) {
-  bool direct = true;
-  for (int t = 2; t <= eye_count_ && t + 1 <= max_vertices_; ++t) {
-    direct = direct && (t == 2 || eye_[size_t(t - 2)].vertex.specular);
-    if (!direct && has_soft_terminator(eye_[size_t(t - 1)].vertex.point)) find_by_light_sample(t, sampler);
-  }
+  for (int t = 2; t <= eye_count_ && t + 1 <= max_vertices_; ++t)
+    if (has_soft_terminator(eye_[size_t(t - 1)].vertex.point) && !is_direct({.s = 1, .t = t}))
+      find_by_light_sample(t, sampler);
 }
 
 void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* aux) {

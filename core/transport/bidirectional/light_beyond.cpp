@@ -20,7 +20,7 @@ constexpr double kShare = 0.5;
 void LightBeyond::prepare(const Scene& scene, uint32_t seed) {
   *this = LightBeyond();
   seed_ = hash_combine(seed, kStream);
-  active_ = has_soft_terminator(scene) && !scene.lights().empty();
+  active_ = has_soft_terminator(scene);
 }
 
 LightBeyond::Walker::Walker(const LightBeyond& owner, const PathSpace& space, const LightPasses& passes)
@@ -57,8 +57,7 @@ void LightBeyond::count(const Walker& walker) {
 }
 
 void LightBeyond::learn(uint32_t samples, uint64_t other_rays) {
-  if (found_.samples() > 0 && std::has_single_bit(samples))
-    probability_ = found_.probability(kShare * double(other_rays));
+  if (std::has_single_bit(samples)) probability_ = found_.probability(kShare * double(other_rays));
 }
 
 }  // namespace ajar

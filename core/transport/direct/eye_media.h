@@ -143,5 +143,13 @@ template <class DirectLight>
   }
   return light;
 }
+/// One sample of a chosen light at `hit` (estimate_direct), through media where there are some.
+template <bool kOnlyBeyond = false>
+Color estimate_direct_through(EyeMedia& media, const Hit& hit, const DirectLightContext& context,
+                              const LightSet::Choice& choice, Vec2 u, uint64_t& rays) {
+  if (!media.active()) return estimate_direct<kOnlyBeyond>(context, choice, u, rays);
+  return estimate_direct<kOnlyBeyond>(MediaDirectContext<EyeMedia::State>(context, media.state(), hit), choice, u,
+                                      rays);
+}
 
 }  // namespace ajar

@@ -44,7 +44,7 @@ Vec3 to_curved_surface(const ShadingPoint& point, Vec3 ng) {
 }  // namespace
 
 bool has_soft_terminator(const Scene& scene) {
-  return scene.settings().bounces.total > 0 &&
+  return scene.settings().bounces.total > 0 && !scene.lights().empty() &&
          std::any_of(scene.instances().begin(), scene.instances().end(), [&](const BuiltInstance& instance) {
            return scene.object(instance.object).shadow_terminator_offset > 0.0f &&
                   !scene.meshes()[instance.mesh].normals.empty();

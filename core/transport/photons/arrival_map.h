@@ -15,8 +15,9 @@
 // photons of chains per watt and unit of W, and p plain photons per watt, chains get the factor a = c / (p + c W'), and
 // plain photons get 1 - a W. The sum of both is correct for *any* a, if W is an estimate without bias that does not
 // depend on a. So there are two independent halves of the lookups. One gives W' (with kPrior further lookups of the mean
-// throughput, so that it is never 0 or nearly 0), the other one W, and the mean of both ways is used. No reciprocal of a noisy estimate
-// is needed: its expectation is too large where throughputs differ much. The factor of a plain photon can be negative.
+// throughput, so that it is never 0 or nearly 0), the other one W, and the mean of both ways is used. No reciprocal of a
+// noisy estimate is needed: its expectation is too large where throughputs differ much. The factor of a plain photon can
+// be negative.
 //
 // W at a photon is the sum of the throughputs of the nearest lookups over their area and the number of passes. Each counts
 // as it would count the photon: by the surface around the photon, and by its kernel. The lookups of all passes are stored
@@ -73,8 +74,8 @@ class ArrivalMap {
   double per_area(double throughput, double radius2) const {
     return throughput / (M_PI * radius2 * 0.5 * passes_built_);
   }
-  /// The density, and, added to it, that of kPrior lookups of the mean throughput within the same radius. The throughput of
-  /// a lookup is multiplied by in_lookup(its position, its squared distance, the squared radius).
+  /// The density, and, added to it, that of kPrior lookups of the mean throughput within the same radius. The
+  /// throughput of a lookup is multiplied by in_lookup(its position, its squared distance, the squared radius).
   struct Estimate {
     double density, with_prior;
   };

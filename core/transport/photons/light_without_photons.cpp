@@ -18,11 +18,9 @@ Color PhotonGatherer::light_beyond(const ShadingPoint& point, const Bsdf& bsdf, 
   const LightSet& lights = scene_.lights();
   if (!has_soft_terminator(point) || lights.empty() || !bsdf.has_non_delta()) return Color(0.0f);
   const float u_choice = rng.next_float(), ux = rng.next_float();
-  const Vec2 u(ux, rng.next_float());
-  const DirectLightContext context{scene_, point, bsdf};
-  if (!place.media.active()) return estimate_direct<true>(context, u_choice, u, rays_);
-  return estimate_direct<true>(MediaDirectContext<EyeMedia::State>(context, place.media.state(), place.hit), u_choice,
-                               u, rays_);
+  const LightSet::Choice choice = lights.choose(point.position, bsdf.receiving_normal(), u_choice, receiver_set(point));
+  return estimate_direct_through<true>(place.media, place.hit, {scene_, point, bsdf}, choice, {ux, rng.next_float()},
+                                       rays_);
 }
 
 Color PhotonGatherer::light_beyond(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, uint32_t number) {
@@ -79,8 +77,7 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
         !walk_below_or_stay(scene_, walk.hit.instance, {rng.next_float(), rng.next()}, point, walk.shading, beta,
                             rays_))
       break;
-    if (!at_bounce_limit && settings_.beyond_terminator > 0.0f)
-      beyond += beta * light_beyond(point, shading.bsdf, {media, walk.hit}, rng);
+    if (!at_bounce_limit) beyond += beta * light_beyond(point, shading.bsdf, {media, walk.hit}, rng);
     const auto sample = sampled(shading.bsdf, point.wo);
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
     beta *= sample->f_cos / sample->pdf_solid_angle;
@@ -101,7 +98,7 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
     media.scattered_at_surface();
     walk.leave_along(sample->wi);
   }
-  if (settings_.beyond_terminator > 0.0f) beyond_.note_found(beyond, rays_ - before, share);
+  beyond_.note_found(beyond, rays_ - before, share);
   return radiance + beyond;
 }
 

@@ -76,11 +76,7 @@ Color PhotonGatherer::partial_light(const ShadingPoint& point, const Bsdf& bsdf,
   const LightSet::Choice choice = scene_.lights().choose(point.position, bsdf.receiving_normal(), numbers.z,
                                                          receiver_set(point));
   if (!(choice.pmf > 0.0f) || !scene_.lights().flags(choice.light).partial()) return Color(0.0f);
-  const DirectLightContext context{scene_, point, bsdf};
-  if (place.media.active())
-    return estimate_direct(MediaDirectContext<EyeMedia::State>(context, place.media.state(), place.hit), choice, u,
-                           rays_);
-  return estimate_direct(context, choice, u, rays_);
+  return estimate_direct_through(place.media, place.hit, {scene_, point, bsdf}, choice, u, rays_);
 }
 
 bool PhotonGatherer::below_surface(EyeWalk& walk, Numbers numbers, Color& beta) {

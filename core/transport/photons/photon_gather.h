@@ -9,9 +9,10 @@
 //   L S+ D S* E            caustic map
 //   L (D|S)* D S* D S* E   gather rays through sharp chains to the next rough vertex, and the global map there
 // Where a volume scatters a camera ray, light is sampled and gather rays start, as at a rough surface.
-// Volumes that glow and surfaces that are not among the lights (hair, points) send no photons. Walks find
-// them: along the chains and gather rays above, and beyond by a path that goes on from the end of one gather ray of each
-// first surface in the mean.
+// Volumes that glow and surfaces that are not among the lights (hair, points) send no photons, and light beyond the
+// shadow terminator (shadow_terminator.h) brings none. Walks find them: along the chains and gather rays above, and beyond
+// by paths that go on from the ends of gather rays: one for each first surface in the mean where anything glows, fewer
+// for light beyond the terminator alone (rare_light.h).
 #pragma once
 
 #include "sampling/sampler.h"
