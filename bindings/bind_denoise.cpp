@@ -42,6 +42,7 @@ std::vector<float> halves_of(const std::optional<Floats>& array, size_t height, 
 struct Passes {
   const std::optional<Floats>&halves, &direct_halves, &albedo, &normal;
   const std::vector<bool>& biased;
+  float exposure;
 };
 
 py::object denoised(const Floats& image, const Passes& passes, DenoiseQuality quality, int threads,
@@ -65,7 +66,7 @@ py::object denoised(const Floats& image, const Passes& passes, DenoiseQuality qu
                                    threads, (cancellation ? *cancellation : never).is_set);
     if (quality == DenoiseQuality::Fastest) direct.clear();
     const bool with_whole = quality == DenoiseQuality::High || quality == DenoiseQuality::Balanced;
-    Denoised image = denoise({color, both, std::move(direct), int(width), int(height), passes.biased},
+    Denoised image = denoise({color, both, std::move(direct), int(width), int(height), passes.biased, passes.exposure},
                              std::cref(library), with_whole);
     for (size_t i = 0; i < height * width; ++i)
       for (size_t c = 0; c < 3; ++c) result[channels * i + c] = image.image[3 * i + c];
@@ -109,12 +110,13 @@ void bind_denoise(py::module_& module) {
       "denoise",
       [](const Floats& image, const std::optional<Floats>& halves, const std::optional<Floats>& albedo,
          const std::optional<Floats>& normal, DenoiseQuality quality, int threads, const Cancellation* cancellation,
-         const std::optional<Floats>& direct_halves, const std::vector<bool>& biased) {
-        return denoised(image, {halves, direct_halves, albedo, normal, biased}, quality, threads, cancellation);
+         const std::optional<Floats>& direct_halves, const std::vector<bool>& biased, float exposure) {
+        return denoised(image, {halves, direct_halves, albedo, normal, biased, exposure}, quality, threads,
+                        cancellation);
       },
       py::arg("image"), py::arg("halves") = py::none(), py::arg("albedo") = py::none(), py::arg("normal") = py::none(),
       py::arg("quality") = DenoiseQuality::High, py::arg("threads") = 0, py::arg("cancellation") = py::none(),
-      py::arg("direct_halves") = py::none(), py::arg("biased") = std::vector<bool>{},
+      py::arg("direct_halves") = py::none(), py::arg("biased") = std::vector<bool>{}, py::arg("exposure") = 1.0f,
       "Return (image, error). The image has no noise, float32[height, width, channels]; its error is None or "
       "float32[height, width], an estimate of the relMSE of each pixel, which needs `halves`. image: "
       "float32[height, width, 3 or more], linear; only the first three channels change. halves: the pass "
@@ -122,7 +124,8 @@ void bind_denoise(py::module_& module) {
       "the result is consistent: it becomes the correct image as the number of samples grows. direct_halves: the pass "
       "\"Direct Halves\" of the same shape. This part of the light and the rest are then denoised apart, which takes "
       "twice the time and has a smaller error. It is not used if a number is NaN. "
-      "biased: list[bool], whether each technique is biased; none is if it is empty. "
+      "biased: list[bool], whether each technique is biased; none is if it is empty. exposure: float, a factor on the "
+      "light by which the image is displayed; errors are judged in the displayed image. "
       "albedo and normal: float32[height, width, 3 or more], the guides. quality: time against error; a lower "
       "one does not denoise the guides. threads: 0 uses all. cancellation: Cancellation or None; the result is "
       "None if it is set during the call. Raises RuntimeError when no denoiser is loaded or when it fails, and "

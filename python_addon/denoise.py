@@ -59,21 +59,21 @@ def expected_seconds(pixels: int, quality: ajar.DenoiseQuality, threads: int) ->
 class Background:
     """Denoises one image in its own thread."""
 
-    def __init__(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int = 0, biased: Sequence[bool] = ()) -> None:
+    def __init__(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int = 0, biased: Sequence[bool] = (), exposure: float = 1.0) -> None:
         """Start to denoise the pass Combined of `pictures`, [height, width, 4]; its alpha is not changed. With the passes `NEEDED`, the result is
-        consistent. `biased`: of each technique that has rendered the picture."""
+        consistent. `biased`: of each technique that has rendered the picture. `exposure`: light times this is displayed."""
         self._cancellation = ajar.Cancellation()
         self._result: tuple[np.ndarray, np.ndarray | None] | None = None
         self._error = ""
-        self._thread = threading.Thread(target=self._work, args=(pictures, quality, threads, list(biased)), daemon=True)
+        self._thread = threading.Thread(target=self._work, args=(pictures, quality, threads, list(biased), exposure), daemon=True)
         self._thread.start()
 
-    def _work(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int, biased: list[bool]) -> None:
+    def _work(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int, biased: list[bool], exposure: float) -> None:
         color = pictures[passes.COMBINED.name]
         albedo, normal, halves, direct_halves = (pictures.get(name) for name in NEEDED)
         started, pixels = time.monotonic(), color.shape[0] * color.shape[1]
         try:
-            self._result = ajar.denoise(color, halves, albedo, normal, quality, threads, self._cancellation, direct_halves, biased)
+            self._result = ajar.denoise(color, halves, albedo, normal, quality, threads, self._cancellation, direct_halves, biased, exposure)
             if self._result is not None and pixels >= LEARNED_PIXELS:
                 _seconds_per_pixel[quality, _cores(threads)] = (time.monotonic() - started) / pixels
         except RuntimeError as error:

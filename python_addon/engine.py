@@ -20,6 +20,7 @@ import numpy as np
 from . import bake, compat, cryptomatte, denoise, headless, hints, last_render, learning, messages, passes, pausing, persistent, photon_overlay, plain, render_progress, viewport
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
+from .export.settings import view_exposure
 from .export.camera import CENTRE, Eye
 from .interrupt import Interrupt
 from .translations import interface, report
@@ -309,7 +310,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             quality = self._limit.quality
         else:
             quality = ajar.denoiser.quality_for(statistics["rays"], ajar.denoiser.pixels_of(pictures[passes.HALVES], image))
-        work = denoise.Background(pictures, quality, statistics["threads"], ajar.denoiser.biased_of(statistics))
+        work = denoise.Background(pictures, quality, statistics["threads"], ajar.denoiser.biased_of(statistics),
+                                  view_exposure(rendered.scene))
         while not work.wait(POLL_SECONDS):
             if is_cancelled():
                 work.cancel()

@@ -97,7 +97,7 @@ class Viewport:
         if fingerprint != self._fingerprint:
             self._fingerprint, self._settings = fingerprint, wanted
             self._description = description
-        elif is_switched or wanted != self._settings:
+        elif is_switched or _with_exposure_of(wanted, self._settings) != self._settings:
             self._settings = wanted
             self._wanted_view = self._wanted_view or self.view
         self._proceed()
@@ -319,6 +319,13 @@ def _for_view(wanted: ajar.RenderSettings, scene: bpy.types.Scene) -> ajar.Rende
     wanted.integrator, wanted.samples = ours.viewport_integrator, ours.viewport_samples
     wanted.seconds, wanted.target_error = 0.0, 0.0
     wanted.importance_factor = 1.0   # its region refers to the frame of the camera
+    return wanted
+
+
+def _with_exposure_of(wanted: ajar.RenderSettings, shown: ajar.RenderSettings) -> ajar.RenderSettings:
+    """`wanted` with the exposure of the view that is shown: a new exposure of the display needs no new image."""
+    wanted = copy.copy(wanted)
+    wanted.view_exposure = shown.view_exposure
     return wanted
 
 

@@ -53,8 +53,7 @@ Mixture::Mixture(Learned::Mixed choice, Part first, std::vector<std::unique_ptr<
     : choice_(std::move(choice)), integrators_(std::move(others)) {
   parts_.push_back(first);
   for (const auto& integrator : integrators_) {
-    films_.push_back(
-        std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], passes_of_others(s.passes)));
+    films_.push_back(make_film(s, passes_of_others(s.passes)));
     parts_.push_back({*integrator, *films_.back()});
   }
 }

@@ -5,14 +5,14 @@
 #include <functional>
 
 #include "denoise/denoise.h"
+#include "math/relative_error.h"
 
 namespace ajar {
 
 namespace {
 
-constexpr int kBlur = 3;           // pixels to each side
-constexpr double kWorst = 1e-3;    // fraction of the pixels
-constexpr double kDarkest = 0.01;  // added to squares of light
+constexpr int kBlur = 3;         // pixels to each side
+constexpr double kWorst = 1e-3;  // fraction of the pixels
 
 /// Mean over the channels of each pixel.
 std::vector<double> squared_differences(const std::vector<float>& a, const std::vector<float>& b,
@@ -21,7 +21,7 @@ std::vector<double> squared_differences(const std::vector<float>& a, const std::
   for (size_t i = 0; i < light.size(); ++i) {
     if (i % 4 == 3) continue;
     const double difference = double(a[i]) - double(b[i]);
-    result[i / 4] += difference * difference / (double(light[i]) * double(light[i]) + kDarkest) / 3.0;
+    result[i / 4] += difference * difference / (double(light[i]) * double(light[i]) + kDarkSquared) / 3.0;
   }
   return result;
 }
@@ -84,7 +84,7 @@ PilotNoise denoised_noise_of(const PilotImages& pilot, const std::vector<float>&
   const auto smooth_noise = [&](std::vector<float> a, const std::vector<float>& b) {
     for (size_t i = 0; i < a.size(); ++i) {
       const double here = double(light[4 * (i / 3) + i % 3]);
-      a[i] = float((double(a[i]) - double(b[i])) / std::sqrt(here * here + kDarkest));
+      a[i] = float((double(a[i]) - double(b[i])) / std::sqrt(here * here + kDarkSquared));
     }
     window_mean(a, {width, height, 3}, kReach, scratch);
     std::vector<double> errors(pixels, 0.0);
@@ -119,7 +119,7 @@ double unseen_noise_of(const PilotImages& pilot, const PilotImages& other, const
     // belongs to light that is found in excess.
     const double square = missed[0] * missed[1];
     if (square > 0.0 && missed[0] < 0.0) continue;
-    total += (square > 0.0 ? square : 0.5 * square) / (double(light[i]) * double(light[i]) + kDarkest) / 3.0;
+    total += (square > 0.0 ? square : 0.5 * square) / (double(light[i]) * double(light[i]) + kDarkSquared) / 3.0;
   }
   static_assert(kUnseenPixels == (2 * kBlur + 1) * (2 * kBlur + 1));
   return std::max(0.0, kUnseenPixels * total / (0.25 * double(light.size())));

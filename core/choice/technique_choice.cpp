@@ -156,7 +156,7 @@ Pilot run_pilot(const Candidate& candidate, const Tried& tried, RenderSettings s
     const auto integrator = tried.prepared(candidate.integrator, small, hash_combine(small.seed, 0x6175746FU + half));
     Film film(0, 0, small.width, small.height, {"Combined"});
     integrator->run_iteration(film, candidate.samples, stop);
-    (half == 0 ? pilot.first : pilot.second) = film.resolve("Combined", tried.asked.exposure);
+    (half == 0 ? pilot.first : pilot.second) = film.resolve("Combined", shown_exposure(tried.asked));
     IntegratorStatistics statistics = integrator->statistics();
     pilot.rays += double(statistics.rays) - statistics.extra["hint_rays"] - statistics.extra["emission_rays"];
     pilot.emission_gain = statistics.extra["emission_gain"];

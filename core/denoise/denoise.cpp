@@ -8,6 +8,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include "math/relative_error.h"
 #include "math/statistics.h"
 #include "math/types.h"
 
@@ -235,17 +236,17 @@ void restore_frequent(const std::vector<float>& a, const std::vector<float>& b, 
   });
 }
 
-/// sqrt(y^2 + kDarkestSquared), with the luminance y of the mean of both.
-std::vector<float> light_of(const std::vector<float>& one, const std::vector<float>& two) {
+/// sqrt(y^2 + dark), with the luminance y of the mean of both. `dark`: see dark_squared.
+std::vector<float> light_of(const std::vector<float>& one, const std::vector<float>& two, float dark) {
   std::vector<float> light(one.size() / 3);
   for_pixels(light.size(), [&](size_t i) {
     const float y = 0.5f * (luminance_at(one, i) + luminance_at(two, i));
-    light[i] = std::sqrt(y * y + kDarkestSquared);
+    light[i] = std::sqrt(y * y + dark);
   });
   return light;
 }
 
-DenoisedHalves denoise_halves(const std::vector<float>& a, const std::vector<float>& b, ImageSize size,
+DenoisedHalves denoise_halves(const std::vector<float>& a, const std::vector<float>& b, ImageSize size, float dark,
                               const DenoiseFunction& denoiser, bool with_whole) {
   std::vector<float> one = limited(a, b, size.width, size.height), two = limited(b, a, size.width, size.height), mean,
                      noise;  // squared
@@ -263,7 +264,7 @@ DenoisedHalves denoise_halves(const std::vector<float>& a, const std::vector<flo
   DenoisedHalves d{run(denoiser, std::move(one)), run(denoiser, std::move(two)), {}};
   if (!with_whole) return d;
 
-  const std::vector<float> light = light_of(d.from_a, d.from_b);
+  const std::vector<float> light = light_of(d.from_a, d.from_b, dark);
   double relative = 0.0;
   for (size_t i = 0; i < noise.size(); ++i) relative += double(noise[i]) / (double(light[i]) * double(light[i]));
   relative /= double(noise.size());
@@ -336,10 +337,10 @@ std::vector<float> by_chance_of(const Halves& halves, const std::vector<float>& 
 struct Combined {
   std::vector<float> image, difference;
 };
-Combined combine(const Halves& halves, ImageSize size, const DenoiseFunction& denoiser, bool with_whole) {
+Combined combine(const Halves& halves, ImageSize size, float dark, const DenoiseFunction& denoiser, bool with_whole) {
   const auto& [a, b] = halves;
-  const auto [from_a, from_b, whole] = denoise_halves(a, b, size, denoiser, with_whole);
-  const std::vector<float> light = light_of(from_a, from_b);
+  const auto [from_a, from_b, whole] = denoise_halves(a, b, size, dark, denoiser, with_whole);
+  const std::vector<float> light = light_of(from_a, from_b, dark);
   Residuals residuals;
   for (std::vector<float>* one : residuals.all())
     if (one != &residuals.whole || !whole.empty()) one->resize(size.values());
@@ -367,8 +368,8 @@ Combined combine(const Halves& halves, ImageSize size, const DenoiseFunction& de
 }
 
 /// The image by one technique. `direct`: the part of the halves by direct paths; unknown: they are not separated.
-Denoised denoise_technique(const Halves& all, Halves direct, ImageSize size, const DenoiseFunction& denoiser,
-                           bool with_whole) {
+Denoised denoise_technique(const Halves& all, Halves direct, ImageSize size, float dark,
+                           const DenoiseFunction& denoiser, bool with_whole) {
   std::vector<Halves> parts{all};
   if (is_known(direct)) {
     for (size_t i = 0; i < size.values(); ++i) {
@@ -380,7 +381,7 @@ Denoised denoise_technique(const Halves& all, Halves direct, ImageSize size, con
   Denoised result{std::vector<float>(size.values()), std::vector<float>(size.values() / 3)};
   std::vector<float> difference(size.values());
   for (const Halves& part : parts) {
-    const Combined combined = combine(part, size, denoiser, with_whole);
+    const Combined combined = combine(part, size, dark, denoiser, with_whole);
     for_pixels(size.values(), [&](size_t i) {
       result.image[i] += combined.image[i];
       difference[i] += combined.difference[i];
@@ -388,13 +389,14 @@ Denoised denoise_technique(const Halves& all, Halves direct, ImageSize size, con
   }
   for_pixels(result.error.size(), [&](size_t i) {
     for (size_t c = 3 * i; c < 3 * i + 3; ++c)
-      result.error[i] += 0.5f * difference[c] * difference[c] / (result.image[c] * result.image[c] + kDarkestSquared) /
-                         3.0f;
+      result.error[i] += 0.5f * difference[c] * difference[c] / (result.image[c] * result.image[c] + dark) / 3.0f;
   });
   std::vector<float> scratch;
   window_mean(result.error, {size.width, size.height, 1}, kErrorReach, scratch);
   return result;
 }
+
+float dark_of(const NoisyImage& noisy) { return float(dark_squared(double(noisy.exposure))); }
 
 size_t techniques_of(const NoisyImage& noisy) {
   return noisy.halves.size() / (kHalfChannels * size_t(noisy.width) * size_t(noisy.height));
@@ -410,7 +412,7 @@ std::vector<TechniqueImage> denoise_techniques(const NoisyImage& noisy, const De
     Halves all = separate(noisy.halves, k, techniques), direct;
     if (!is_known(all)) continue;
     if (!noisy.direct_halves.empty()) direct = separate(noisy.direct_halves, k, techniques);
-    Denoised denoised = denoise_technique(all, std::move(direct), size, denoiser, with_whole);
+    Denoised denoised = denoise_technique(all, std::move(direct), size, dark_of(noisy), denoiser, with_whole);
     images.push_back({std::move(denoised), std::move(all), k < noisy.biased.size() && noisy.biased[k]});
   }
   return images;
@@ -452,7 +454,7 @@ std::vector<double> technique_errors(const NoisyImage& noisy, const DenoiseFunct
   const std::vector<TechniqueImage> images = denoise_techniques(noisy, denoiser, false);
   if (images.size() != techniques_of(noisy)) return {};
   std::vector<double> means;
-  for (const std::vector<float>& errors : errors_of(images, size)) {
+  for (const std::vector<float>& errors : errors_of(images, size, dark_of(noisy))) {
     CompensatedSum sum;
     for (const float e : errors) sum.add(double(e));
     means.push_back(sum.value() / double(errors.size()));
@@ -463,7 +465,8 @@ std::vector<double> technique_errors(const NoisyImage& noisy, const DenoiseFunct
 Denoised denoise(const NoisyImage& noisy, const DenoiseFunction& denoiser, bool with_whole) {
   std::vector<TechniqueImage> images = denoise_techniques(noisy, denoiser, with_whole);
   if (images.empty()) return {run(denoiser, noisy.image), {}};
-  return images.size() == 1 ? std::move(images[0].denoised) : mean_of(images, {noisy.width, noisy.height, 3});
+  return images.size() == 1 ? std::move(images[0].denoised)
+                            : mean_of(images, {noisy.width, noisy.height, 3}, dark_of(noisy));
 }
 
 }  // namespace ajar

@@ -58,6 +58,7 @@ struct NoisyImage {
   std::vector<float> direct_halves;
   int width, height;
   std::vector<bool> biased{};
+  float exposure = 1.0f;  ///< light times this is displayed
 };
 /// `with_whole`: images with much noise are denoised as a whole as well, which takes half as long again.
 Denoised denoise(const NoisyImage& noisy, const DenoiseFunction& denoiser, bool with_whole = true);

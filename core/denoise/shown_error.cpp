@@ -31,7 +31,8 @@ auto with_denoiser(const DenoiserInput& input, int threads, const std::atomic<bo
 double shown_relmse(const DenoiserInput& input, int threads, const std::atomic<bool>& stop) {
   const std::vector<float> rgb = rgb_of(input.combined);
   const std::vector<float> error = with_denoiser(input, threads, stop, [&](const DenoiseFunction& denoiser) {
-    return denoise({rgb, input.halves, input.direct_halves, input.width, input.height, input.biased}, denoiser, false)
+    return denoise({rgb, input.halves, input.direct_halves, input.width, input.height, input.biased, input.exposure},
+                   denoiser, false)
         .error;
   });
   if (error.empty()) return -1.0;
@@ -43,7 +44,7 @@ double shown_relmse(const DenoiserInput& input, int threads, const std::atomic<b
 std::vector<double> relmse_of_techniques(const DenoiserInput& input, int threads, const std::atomic<bool>& stop) {
   const std::vector<float> rgb = rgb_of(input.combined);
   return with_denoiser(input, threads, stop, [&](const DenoiseFunction& denoiser) {
-    return technique_errors({rgb, input.halves, {}, input.width, input.height, input.biased}, denoiser);
+    return technique_errors({rgb, input.halves, {}, input.width, input.height, input.biased, input.exposure}, denoiser);
   });
 }
 

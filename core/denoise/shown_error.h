@@ -24,6 +24,7 @@ struct DenoiserInput {
   std::vector<float> combined, halves, direct_halves, albedo, normal;
   int width = 0, height = 0;
   std::vector<bool> biased;  ///< of each technique of the halves; empty: none is
+  float exposure = 1.0f;     ///< light times this is displayed
 };
 
 /// The relMSE of the denoised image (denoise/denoise.h), from the fastest quality. Negative if no denoiser is loaded,

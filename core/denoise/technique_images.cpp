@@ -70,12 +70,12 @@ std::vector<float> errors_shown_by(const TechniqueImage& other, const Denoised& 
 
 }  // namespace
 
-std::vector<std::vector<float>> errors_of(const std::vector<TechniqueImage>& images, ImageSize size) {
+std::vector<std::vector<float>> errors_of(const std::vector<TechniqueImage>& images, ImageSize size, float dark) {
   std::vector<float> inverse_light(size.values() / 3);
   for (size_t i = 0; i < inverse_light.size(); ++i) {
     float y = 0.0f;
     for (const TechniqueImage& one : images) y += luminance_at(one.denoised.image, i) / float(images.size());
-    inverse_light[i] = 1.0f / std::sqrt(y * y + kDarkestSquared);
+    inverse_light[i] = 1.0f / std::sqrt(y * y + dark);
   }
   std::vector<std::vector<float>> errors;
   for (size_t k = 0; k < images.size(); ++k) {
@@ -91,8 +91,8 @@ std::vector<std::vector<float>> errors_of(const std::vector<TechniqueImage>& ima
   return errors;
 }
 
-Denoised mean_of(const std::vector<TechniqueImage>& images, ImageSize size) {
-  const std::vector<std::vector<float>> errors = errors_of(images, size);
+Denoised mean_of(const std::vector<TechniqueImage>& images, ImageSize size, float dark) {
+  const std::vector<std::vector<float>> errors = errors_of(images, size, dark);
   Denoised result{std::vector<float>(size.values()), std::vector<float>(size.values() / 3)};
   for (size_t i = 0; i < result.error.size(); ++i) {
     float sum = 0.0f;

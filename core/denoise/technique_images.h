@@ -21,7 +21,6 @@
 
 namespace ajar {
 
-constexpr float kDarkestSquared = 0.01f;  ///< added to squares of light, as in relMSE
 /// Of a pixel of an RGB image.
 inline float luminance_at(const std::vector<float>& image, size_t pixel) {
   return luminance(Color(image[3 * pixel], image[3 * pixel + 1], image[3 * pixel + 2]));
@@ -44,8 +43,8 @@ struct TechniqueImage {
   Halves halves;
   bool is_biased = false;  ///< the mean of its rendered images is not the correct image
 };
-/// Estimates of the relMSE of each pixel, for each image.
-std::vector<std::vector<float>> errors_of(const std::vector<TechniqueImage>& images, ImageSize size);
-Denoised mean_of(const std::vector<TechniqueImage>& images, ImageSize size);
+/// Estimates of the relMSE of each pixel, for each image. `dark`: what is added to squares of light (dark_squared).
+std::vector<std::vector<float>> errors_of(const std::vector<TechniqueImage>& images, ImageSize size, float dark);
+Denoised mean_of(const std::vector<TechniqueImage>& images, ImageSize size, float dark);
 
 }  // namespace ajar

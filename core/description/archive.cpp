@@ -14,7 +14,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'P'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'Q'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.

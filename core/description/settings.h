@@ -29,6 +29,7 @@ struct RenderSettings {
   FilterKind filter = FilterKind::BlackmanHarris;
   float filter_width = 1.5f;  ///< Blender's value; film/filter.h converts it to pixels
   float exposure = 1.0f;
+  float view_exposure = 1.0f;
   bool transparent_film = false;
   BounceLimits bounces;
   float clamp_direct = 0.0f, clamp_indirect = 0.0f;
@@ -64,5 +65,8 @@ struct RenderSettings {
   bool compact_bvh = false;  ///< scene/accel.h
   bool operator==(const RenderSettings&) const = default;
 };
+
+/// Light times this is displayed.
+inline float shown_exposure(const RenderSettings& settings) { return settings.exposure * settings.view_exposure; }
 
 }  // namespace ajar

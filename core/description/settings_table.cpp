@@ -296,7 +296,13 @@ constexpr Setting<RenderSettings> kRenderSettings[] = {
      .since = 'O',
      .property = {.label = "Compact BVH",
                   .description = "Build a ray tracing structure that needs about half of the memory. Rendering takes "
-                                 "longer"}}};
+                                 "longer"}},
+    {.name = "view_exposure",
+     .field = in_settings<&S::view_exposure>,
+     .text = "A factor on the light by which the image is displayed. The image does not change. Errors are judged in "
+             "the displayed image, by adaptive sampling, the noise target, `auto` and the denoiser.",
+     .range = kNotNegative,
+     .since = 'Q'}};
 
 constexpr Setting<BounceLimits> kBounceLimits[] = {
     {.name = "total",

@@ -6,7 +6,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "film/tvi.h"
 #include "math/statistics.h"
 
 namespace ajar {
@@ -135,6 +134,12 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
   for (size_t part = 0; part < kSplattedParts.size(); ++part)
     if (std::find(passes.begin(), passes.end(), kSplattedParts[part]) != passes.end())
       part_planes_[part] = uint16_t(1 + light_groups().size() + splatted_parts_++);
+}
+
+std::unique_ptr<Film> make_film(const RenderSettings& s, const std::vector<std::string>& passes) {
+  auto film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], passes);
+  film->set_shown_exposure(double(shown_exposure(s)));
+  return film;
 }
 
 uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool splats) {
@@ -469,9 +474,8 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
       double mean[3];
       for (int c = 0; c < 3; ++c) mean[c] = p.sum[c] * scale + splatted(i, c);
       const double y = luminance_of(mean);
-      const double unit = pass == "Error" ? std::sqrt(y * y + 0.01)
-                                          : tvi(std::max(0.0, y) * kCandelasPerUnit) / kCandelasPerUnit;
-      o[0] = float(std::sqrt(double(variance[i])) / unit);
+      o[0] = float(std::sqrt(double(variance[i])) /
+                   (pass == "Error" ? std::sqrt(relative_square(y)) : threshold_at(y)));
     } else if (share >= 0) {
       o[0] = float(aux_[i].shares[share] * scale);
     } else if (pass == "Depth") {

@@ -13,6 +13,7 @@
 
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -20,10 +21,13 @@
 #include <string>
 #include <vector>
 
+#include "description/settings.h"
 #include "film/caught_light.h"
 #include "film/early_samples.h"
 #include "film/extra_passes.h"
 #include "film/film_sums.h"
+#include "film/tvi.h"
+#include "math/relative_error.h"
 #include "math/types.h"
 
 namespace ajar {
@@ -95,6 +99,9 @@ class Film {
   /// Maximum memory of a film with these passes, in bytes per pixel; `splats`: including memory for splats.
   static uint64_t bytes_per_pixel(const std::vector<std::string>& passes, bool splats);
   uint64_t memory_bytes() const;
+  /// Light times this is displayed. Errors are relative to displayed light (math/relative_error.h).
+  void set_shown_exposure(double exposure) { shown_exposure_ = std::abs(exposure); }
+  double shown_exposure() const { return shown_exposure_; }
   int width() const { return x1_ - x0_; }
   int height() const { return y1_ - y0_; }
   int x0() const { return x0_; }
@@ -181,7 +188,7 @@ class Film {
   };
   ErrorEstimate estimated_error(uint32_t samples) const;
   /// An estimate of the relative mean squared error of the present image for few samples: the mean of variance / (M^2 +
-  /// 0.01) over pixels and channels. The variance is that of two half buffers, (A-B)^2 / 4. Without splats, the result
+  /// 0.01), for displayed light, over pixels and channels. The variance is that of two half buffers, (A-B)^2 / 4. Without splats, the result
   /// is scaled as a whole to the scatter of luminances, because halves of a stratified sequence differ more than
   /// independent ones. Negative if there are too few samples.
   double estimated_relmse() const { return estimated_error_of_few().relmse; }
@@ -271,6 +278,10 @@ class Film {
   void resolve_part(const std::string& pass, size_t index, double exposure, float out[3]) const;
   std::vector<float> resolve_caught(const std::string& pass, float exposure, size_t channels) const;
   ErrorEstimate error_from_pictures(const Remembered& one, const Remembered& two, uint32_t samples) const;
+  double relative_square(double light) const { return light * light + dark_squared(shown_exposure_); }
+  /// The smallest difference from a luminance that is visible.
+  double threshold_at(double luminance) const;
+  double candelas_per_unit() const { return kCandelasPerUnit * shown_exposure_; }
   static double scatter_variance(const Pixel& pixel);
   bool has_halves(const Pixel& pixel) const;
   bool halves_of(size_t index, double mean[3], double difference[3]) const;
@@ -287,7 +298,7 @@ class Film {
   }
   std::unique_ptr<SplatPixel[]> splats_;
   std::array<PendingSplats, 3> pending_;
-  double splat_scale_ = 0.0;
+  double splat_scale_ = 0.0, shown_exposure_ = 1.0;
   std::array<uint16_t, 8> part_planes_{};
   size_t splatted_parts_ = 0;
   int x0_ = 0, y0_ = 0, x1_ = 0, y1_ = 0;
@@ -309,6 +320,9 @@ class Film {
   friend class SampleRecord;
   std::atomic<uint64_t> refused_{0};
 };
+
+/// The film of a render with these passes.
+std::unique_ptr<Film> make_film(const RenderSettings& settings, const std::vector<std::string>& passes);
 
 /// Storage of a thread for the values of a sample that passes need.
 class SampleRecord {

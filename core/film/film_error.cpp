@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "film/tvi.h"
 #include "math/statistics.h"
 
 namespace ajar {
@@ -167,11 +166,10 @@ Film::ErrorEstimate Film::estimated_error_of_few() const {
   for (size_t i = 0; i < pixels_.size(); ++i) {
     double mean[3], difference[3];
     if (!halves_of(i, mean, difference)) return kUnknown;
-    for (int c = 0; c < 3; ++c) sum.add(0.25 * difference[c] * difference[c] / (mean[c] * mean[c] + 0.01));
-    const double y = luminance_of(mean), d = luminance_of(difference), weight = 1.0 / (y * y + 0.01);
+    for (int c = 0; c < 3; ++c) sum.add(0.25 * difference[c] * difference[c] / relative_square(mean[c]));
+    const double y = luminance_of(mean), d = luminance_of(difference), weight = 1.0 / relative_square(y);
     const double of_scatter = splats_ ? 0.0 : scatter_variance(pixels_[i]), of_halves = 0.25 * d * d;
-    seen.add(kCandelasPerUnit * kCandelasPerUnit * (splats_ ? of_halves : of_scatter) /
-             tvi(kCandelasPerUnit * std::max(0.0, y)));
+    seen.add(candelas_per_unit() * (splats_ ? of_halves : of_scatter) / threshold_at(y));
     if (splats_) continue;
     halved.add(of_halves * weight);
     scattered.add(of_scatter * weight);
@@ -180,6 +178,10 @@ Film::ErrorEstimate Film::estimated_error_of_few() const {
   const double pixels = double(pixels_.size());
   return {sum.value() / (3.0 * pixels) * (halved.value() > 0.0 ? scattered.value() / halved.value() : 1.0),
           seen.value() / pixels};
+}
+
+double Film::threshold_at(double luminance) const {
+  return tvi(candelas_per_unit() * std::max(0.0, luminance)) / candelas_per_unit();
 }
 
 std::array<std::vector<float>, 3> Film::means() const {
@@ -241,12 +243,11 @@ Film::ErrorEstimate Film::error_from_pictures(const Remembered& one, const Remem
       make_likely(i, around, value);
       std::array<double, 2>& block = blocks[size_t(y / kErrorBlock) * columns + size_t(x / kErrorBlock)];
       for (size_t c = 0; c < 3; ++c) {
-        const double unit = value[c] * value[c] + 0.01;
+        const double unit = relative_square(value[c]);
         block[0] += earlier[c] * earlier[c] / unit;
         block[1] += recently[c] * recently[c] / unit;
       }
-      const double unit = tvi(kCandelasPerUnit * std::max(0.0, luminance_of(value))) /
-                          (kCandelasPerUnit * kCandelasPerUnit);
+      const double unit = threshold_at(luminance_of(value)) / candelas_per_unit();
       const double y_recently = luminance_of(recently), y_earlier = luminance_of(earlier);
       recent_seen.add(y_recently * y_recently / unit);
       before_seen.add(y_earlier * y_earlier / unit);

@@ -46,7 +46,7 @@ constexpr int kBand = 32;            // rows that one task smooths
 
 /// Estimates from the first samples of a pixel, for one sample; or weighted sums of these over pixels.
 struct Noise {
-  float weight = 1.0f, mean = 0.0f, variance = 0.0f;  ///< mean and variance of the luminance
+  float weight = 1.0f, mean = 0.0f, variance = 0.0f;  ///< of the displayed luminance
   float cost = 0.0f;                                  ///< time, in rays
   void add(const Noise& n, float w) {
     weight += w * n.weight;
@@ -56,13 +56,16 @@ struct Noise {
   }
 };
 
-std::vector<Noise> noise_of_first(EarlySamples& early, size_t pixels, uint32_t count) {
+/// `exposure`: light times this is displayed.
+std::vector<Noise> noise_of_first(EarlySamples& early, size_t pixels, uint32_t count, float exposure) {
   std::vector<Noise> noise(pixels);
   early.join(count);
   for (size_t i = 0; i < pixels; ++i) {
     const EarlySamples::Moments& m = early.first(i);
     noise[i].mean = m.sum / float(count);
     noise[i].variance = std::max(0.0f, m.sum_squared - m.sum * noise[i].mean) / float(count - 1);
+    noise[i].mean *= exposure;
+    noise[i].variance *= exposure * exposure;
     noise[i].cost = kCostOfSample + early.mean_rays(i, count);
   }
   return noise;
@@ -173,7 +176,7 @@ float ShareSearch::unit_of(const Noise& near, const Prediction& wide) const {
               noise_of_near = wide.variance / (kNearPixels * float(early_));
   const float kept = difference * difference > noise_of_near ? 1.0f - noise_of_near / (difference * difference) : 0.0f;
   const float mean = std::max(0.0f, wide.mean + kept * difference);
-  return measure_ == ErrorMeasure::Relative ? mean * mean + 0.01f
+  return measure_ == ErrorMeasure::Relative ? mean * mean + float(kDarkSquared)
                                             : float(tvi(double(mean) * kCandelasPerUnit) / kCandelasPerUnit);
 }
 
@@ -363,7 +366,8 @@ void ImagePlan::plan(Film& film, uint32_t samples) {
 void ImagePlan::decide(Film& film) {
   early_ = looked_at(planned_);
   decided_goals_ = film.goals();
-  const std::vector<Noise> noise = noise_of_first(film.early_samples(), decided_goals_.size(), early_);
+  const std::vector<Noise> noise = noise_of_first(film.early_samples(), decided_goals_.size(), early_,
+                                                  float(film.shown_exposure()));
   shares_ = ShareSearch(noise, film.width(), measure_, early_).find();
   if (find_importance_) importance_ = std::exchange(find_importance_, {})();
   for (size_t i = 0; i < importance_.size(); ++i) shares_[i] *= importance_[i];

@@ -3,8 +3,8 @@
 // The pixels are the components of a mixture over the image plane. Adaptation gives pixel k
 //   C_k = max(floor, lambda o_k) samples,   sum C_k = N pixels,
 //   o_k = importance_k (e mean + (1 - e) (variance_k / (w(L_k) cost_k))^0.4),
-// where w is tvi(L) (perceptual) or L^2 + 0.01 (relative), and cost_k is the time of a sample, in rays. Fractions of
-// samples go to pixels by ordered thresholds that are spread evenly over the plane.
+// where w is tvi(L) (perceptual) or L^2 + 0.01 (relative) of the displayed luminance L, and cost_k is the time of a
+// sample, in rays. Fractions of samples go to pixels by ordered thresholds that are spread evenly over the plane.
 //
 // Departures from the thesis:
 // - The thesis has the power 1, which makes the errors of all pixels equal. The power 0.5 minimises their sum for

@@ -110,7 +110,8 @@ class EnergyRedistribution final : public Integrator {
     mutations_.push_back({std::make_unique<LensPerturbation>(*space_), 0.6f});
     mutations_.push_back({std::make_unique<CausticPerturbation>(*space_), 0.4f});
     workers_ = std::make_unique<Workers>([this] { return Worker{PathSeeds(*space_), Chain(mutations_), {}, {}}; });
-    luminance_ = std::make_unique<FilmLuminance>(space_->film_min, space_->film_max);
+    luminance_ = std::make_unique<FilmLuminance>(space_->film_min, space_->film_max,
+                                                 shown_exposure(scene_->settings()));
     next_learning_ = (uint64_t(film.width()) * uint64_t(film.height()) * kFirstSteps + kStepsPerSample - 1) /
                      kStepsPerSample;
     find_quantum(uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kMinPilot, kMaxPilot)), stop);
@@ -148,7 +149,7 @@ class EnergyRedistribution final : public Integrator {
   void learn() {
     next_learning_ *= 2;
     const double films = double(samples_done_) / first_quantum_;
-    space_->importance = luminance_->importance(films, scene_->settings().exposure);
+    space_->importance = luminance_->importance(films);
     const double quantum = luminance_->flux(space_->importance) / (films * kStepsPerSample);
     if (quantum > 0.0 && std::isfinite(quantum)) quantum_ = quantum;
   }

@@ -282,7 +282,7 @@ class PathTracer final : public Integrator {
             radiance = Color(luminance(radiance), parts.luminance, 0.0f);
           if constexpr (Guide::kGuided)
             if (guide.outcome) {
-              const float exposure = scene_->settings().exposure;
+              const float exposure = shown_exposure(scene_->settings());
               guide_->measure(px - film.x0(), py - film.y0(), exposure * luminance(radiance),
                               {exposure * outcome.unguided, outcome.share});
             }

@@ -62,6 +62,7 @@ nlohmann::json header_of(const Checkpoint& c, const std::array<Rests, FilmSums::
   nlohmann::json header{{"frame", c.frame},
                         {"region", c.region},
                         {"exposure", c.exposure},
+                        {"view_exposure", c.view_exposure},
                         {"scene", c.scene},
                         {"view", c.view},
                         {"seeds", c.seeds},
@@ -155,6 +156,7 @@ class Reader {
     h.at("frame").get_to(c_.frame);
     h.at("region").get_to(c_.region);
     h.at("exposure").get_to(c_.exposure);
+    c_.view_exposure = h.value("view_exposure", 1.0f);
     h.at("scene").get_to(c_.scene);
     h.at("view").get_to(c_.view);
     h.at("seeds").get_to(c_.seeds);
@@ -225,6 +227,7 @@ void resolve_sums(Checkpoint& c) {
   } catch (const std::invalid_argument& error) {
     throw SceneError(std::string("The sums of a checkpoint do not fit its passes: ") + error.what() + ".");
   }
+  film.set_shown_exposure(double(c.exposure * c.view_exposure));
   for (auto& [name, values] : c.passes) values = film.resolve(name, c.exposure);
   c.samples = film.sample_counts().mean;
   c.relmse = film.estimated_relmse();
@@ -357,7 +360,8 @@ std::vector<float> merge_matte(const std::string& pass, const Checkpoint& a, con
 static void merge_means(Checkpoint& c, const Checkpoint& b) {
   const Checkpoint a = std::move(c);
   c = Checkpoint();
-  c.frame = a.frame, c.region = a.region, c.exposure = a.exposure, c.version = a.version;
+  c.frame = a.frame, c.region = a.region, c.exposure = a.exposure, c.view_exposure = a.view_exposure,
+  c.version = a.version;
   c.passes.clear();
   for (const auto& [name, values] : a.passes)
     if (const auto other = b.passes.find(name); other != b.passes.end())

@@ -30,7 +30,7 @@ struct SampleRange {
 struct Checkpoint {
   std::array<int, 2> frame{0, 0};         ///< pixels of the full frame
   std::array<int, 4> region{0, 0, 0, 0};  ///< x0, y0, x1, y1 of the rendered region
-  float exposure = 1.0f;
+  float exposure = 1.0f, view_exposure = 1.0f;
   uint64_t scene = 0;  ///< fingerprint (archive.h) of the rendered scene; 0: unknown
   uint64_t view = 0;   ///< fingerprint of the camera and of the settings that define the image; 0: unknown
   std::string version = AJAR_VERSION;

@@ -82,7 +82,8 @@ DenoiserInput SessionState::denoiser_input() const {
           if_asked("Denoising Normal"),
           film->width(),
           film->height(),
-          std::move(biased)};
+          std::move(biased),
+          settings.view_exposure};
 }
 
 PhotonPoints SessionState::photons(uint64_t max_count) const {
@@ -126,6 +127,7 @@ Checkpoint SessionState::checkpoint_of_film() const {
   c.frame = {settings.width, settings.height};
   c.region = settings.region;
   c.exposure = settings.exposure;
+  c.view_exposure = settings.view_exposure;
   c.view = view_fingerprint;
   c.seeds = {seed};
   if (range) {

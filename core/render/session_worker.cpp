@@ -269,7 +269,7 @@ PlanSteps SessionWorker::take_range(const std::shared_ptr<const Scene>& scene, c
              "a second number for each sum of the film"}};
   }
   if (range->first > 0 && !state->base) seed = hash_combine(seed, range->first);
-  film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
+  film = make_film(s, s.passes);
   chosen.prepare(scene, plan, seed);
   return {{"range of samples", false, why_not + "; the render has a seed of its own", ""}};
 }
@@ -287,7 +287,7 @@ void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_poin
   }
   RenderSettings s = scene->settings();
   uint32_t seed = own_seed(s);
-  auto film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
+  auto film = make_film(s, s.passes);
   chosen->prepare(scene, plan, seed);
   PlanSteps learned_steps = take_range(scene, plan, *chosen, film, seed);
   for (PlanStep& step : use_learned(*state_.lock(), *chosen)) learned_steps.push_back(std::move(step));

@@ -74,16 +74,16 @@ std::vector<float> ViewDenoiser::operator()(const DenoiserInput& input, double s
                                      : DenoiseQuality::Fast;
   const std::vector<float> none;
   const std::vector<float>&image = rgb_of(input.combined), &halves = consistent ? input.halves : none;
+  const NoisyImage noisy{image, halves, {}, input.width, input.height, {}, input.exposure};
   Denoised result;
   if (quality == DenoiseQuality::High) {
     const OpenImageDenoise library(input.width, input.height, input.albedo, input.normal, quality, threads, stop);
-    result = denoise(image, halves, input.width, input.height, std::cref(library));
+    result = denoise(noisy, std::cref(library));
   } else {
     PreparedDenoiser& network = network_for(input, quality, threads);
     network.set_guides(input.albedo, input.normal);
     result = denoise(
-        image, halves, input.width, input.height,
-        [&](std::vector<float> noisy) { return network(std::move(noisy), stop); }, quality != DenoiseQuality::Fast);
+        noisy, [&](std::vector<float> one) { return network(std::move(one), stop); }, quality != DenoiseQuality::Fast);
   }
   std::vector<float> rgba = input.combined;
   for (size_t i = 0; i < rgba.size() / 4; ++i) std::copy_n(&result.image[3 * i], 3, &rgba[4 * i]);

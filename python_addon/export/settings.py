@@ -29,6 +29,7 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     if replaced and "noise_target" not in options.settings:
         out.target_error = 0.0
     out.texture_cache_folder = compat.texture_cache_folder(context.scene)
+    out.view_exposure = view_exposure(context.scene)
     out.transparent_film = render.film_transparent
     out.bump_terminator = ajar.BumpTerminator.Microfacet if compat.softens_bumps_by_microfacets() else ajar.BumpTerminator.Cubic
     out.importance_region = (*ours.importance_min, *ours.importance_max)
@@ -44,6 +45,11 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     context.warn_all(context.view_layer.name, unsupported.of_view_layer(context.view_layer))
     if _filters_glossy(context.scene):
         context.warn(context.scene.name, "Filter Glossy is ignored: glossy surfaces seen after a diffuse bounce keep their roughness")
+
+
+def view_exposure(scene: bpy.types.Scene) -> float:
+    """The factor on light by which Blender displays the image."""
+    return 2.0 ** scene.view_settings.exposure
 
 
 def _filters_glossy(scene: bpy.types.Scene) -> bool:

@@ -140,6 +140,10 @@ def test_each_edit_exports_and_builds_only_what_it_changed(edited):
     assert counters["geometry"]["exported"] == counters["geometry"]["built"] == 1
 
 
+def test_another_exposure_of_the_display_renders_nothing(edited):
+    assert edited[0]["renders_for_exposure"] == 0
+
+
 def test_a_light_hint_is_drawn_by_clicks_on_surfaces(edited):
     drawn = edited[0]["drawn"]
     lamp, floor, cube = drawn["points"]

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "math/relative_error.h"
+
 namespace ajar {
 
 namespace {
@@ -26,7 +28,7 @@ void FurtherSamples::prepare(const Scene& scene, const Film& film, const PixelFi
   filter_ = filter;
   seed_ = hash_combine(seed, kStream);
   max_share_ = limits.max_share;
-  exposure_ = scene.settings().exposure;
+  exposure_ = shown_exposure(scene.settings());
   full_width_ = scene.settings().width;
   x0_ = film.x0(), y0_ = film.y0(), width_ = film.width(), height_ = film.height();
   if (!scene.has_media() && !scene.lights().empty())
@@ -47,8 +49,8 @@ void FurtherSamples::relative_variances(int x, int y, double on_polished, double
   rest = rest_sum / count;
   mean /= count;
   if (pixels_[size_t(y) * size_t(width_) + size_t(x)].polished) part += kUnseen * (on_polished - part);
-  part /= mean * mean + 0.01;
-  rest /= mean * mean + 0.01;
+  part /= mean * mean + kDarkSquared;
+  rest /= mean * mean + kDarkSquared;
 }
 
 void FurtherSamples::learn(uint32_t samples, uint64_t rays_of_rest, uint64_t further_rays) {

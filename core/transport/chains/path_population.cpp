@@ -35,7 +35,7 @@ PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed,
       size_(size),
       seed_(seed),
       number_(number),
-      luminance_(space.film_min, space.film_max) {
+      luminance_(space.film_min, space.film_max, shown_exposure(space.scene.settings())) {
   const auto add = [this](std::unique_ptr<Mutation> mutation, float share, bool renews) {
     mutations_.push_back({std::move(mutation), share});
     renews_.push_back(renews);
@@ -145,7 +145,8 @@ void PathPopulation::move_slot(Film& film, Worker& worker, uint32_t slot, double
       if (!hints_.empty() && (slot + step + generation_) % HintAccount::kStride == 0)
         worker.account.add_state(scene_.lights(), hints_, path,
                                  HintAccount::kStride * share * weight_ / double(space_.importance.at(path.film)));
-      if (learning_) luminance_.add_flux(path.film, share * weight_ * path.energy() / path.target);
+      if (learning_)
+        luminance_.add_flux(path.film, double(luminance_.exposure()) * share * weight_ * path.energy() / path.target);
     });
     if (!learning_) continue;
     const double useful = renews_[done.mutation] ? 1.0 : std::min(1.0, double(done.film_distance / kUsefulDistance));
@@ -195,7 +196,7 @@ PathPopulation::Learned PathPopulation::learned() const {
     learned.shares.push_back(first_shares_[m] * float(best > 0.0 ? gain / best : 1.0));
   }
   apply_floor(learned.shares, kMinShare);
-  learned.importance = luminance_.importance(double(generation_) * size_.steps, scene_.settings().exposure);
+  learned.importance = luminance_.importance(double(luminance_.exposure()) * double(generation_) * size_.steps);
   return learned;
 }
 

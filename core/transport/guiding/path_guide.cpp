@@ -7,6 +7,7 @@
 #include <tbb/parallel_for.h>
 
 #include "math/random.h"
+#include "math/relative_error.h"
 
 namespace ajar {
 
@@ -164,7 +165,8 @@ double PathGuide::gain(uint32_t samples, uint64_t rays_guided) const {
   double sum = 0.0, weights = 0.0;
   for (const Block& b : blocks) {
     if (!(b.variance[0] > 0.0 && b.variance[1] > 0.0)) continue;
-    const double relative = std::sqrt(b.variance[0] * b.variance[1]) / (b.mean * b.mean / b.pixels + 0.01 * b.pixels);
+    const double relative = std::sqrt(b.variance[0] * b.variance[1]) /
+                            (b.mean * b.mean / b.pixels + kDarkSquared * b.pixels);
     const double weight = std::sqrt(relative) * b.pixels;
     sum += weight * std::log(b.variance[0] / b.variance[1]);
     weights += weight;

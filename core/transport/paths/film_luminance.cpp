@@ -2,22 +2,25 @@
 
 #include <algorithm>
 
+#include "math/relative_error.h"
+
 namespace ajar {
 
 namespace {
 int cells(float pixels, int size, int most) { return std::clamp(int(std::ceil(pixels / float(size))), 1, most); }
 }  // namespace
 
-FilmLuminance::FilmLuminance(Vec2 film_min, Vec2 film_max)
+FilmLuminance::FilmLuminance(Vec2 film_min, Vec2 film_max, float exposure)
     : min_(film_min),
       max_(film_max),
+      exposure_(exposure),
       columns_(cells(film_max.x - film_min.x, kCell, kMaxCells)),
       rows_(cells(film_max.y - film_min.y, kCell, kMaxCells)),
       flux_(size_t(columns_ * rows_)),
       sum_(flux_.size()),
       count_(flux_.size()) {}
 
-FilmImportance FilmLuminance::importance(double times, float exposure) const {
+FilmImportance FilmLuminance::importance(double times) const {
   const Vec2 size = (max_ - min_) / Vec2(float(columns_), float(rows_));
   std::vector<float> values(flux_.size());
   for (int row = 0; row < rows_; ++row) {
@@ -34,9 +37,9 @@ FilmImportance FilmLuminance::importance(double times, float exposure) const {
           area += weight * double(size.x) * double(size.y);
         }
       }
-      const double luminance = double(exposure) *
-                               ((times > 0.0 ? flux / (times * area) : 0.0) + (count > 0.0 ? sum / count : 0.0));
-      values[size_t(row * columns_ + column)] = float(1.0 / std::sqrt(luminance * luminance + 0.01));
+      const double luminance = (times > 0.0 ? double(exposure_) * flux / (times * area) : 0.0) +
+                               (count > 0.0 ? sum / count : 0.0);
+      values[size_t(row * columns_ + column)] = float(1.0 / std::sqrt(luminance * luminance + kDarkSquared));
     }
   }
   return FilmImportance(min_, max_, columns_, rows_, std::move(values));

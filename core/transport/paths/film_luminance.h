@@ -17,18 +17,21 @@ namespace ajar {
 /// result.
 class FilmLuminance {
  public:
-  FilmLuminance(Vec2 film_min, Vec2 film_max);
+  /// `exposure`: light times this is displayed.
+  FilmLuminance(Vec2 film_min, Vec2 film_max, float exposure);
   int columns() const { return columns_; }
   int rows() const { return rows_; }
-  /// add_flux: flux of chains (luminance times pixels^2). add_sample: a sample of the luminance that chains leave out.
+  float exposure() const { return exposure_; }
+  /// add_flux: flux of chains (luminance times pixels^2), in a unit in which it is not far from 1. add_sample: a sample
+  /// of the luminance that chains leave out.
   void add_flux(Vec2 film, double flux) { add(flux_[cell(film)], flux); }
   void add_sample(Vec2 film, double luminance) {
-    add(sum_[cell(film)], luminance);
+    add(sum_[cell(film)], double(exposure_) * luminance);
     count_[cell(film)].fetch_add(1, std::memory_order_relaxed);
   }
-  /// The importance 1 / sqrt(L^2 + 0.01), where L is `exposure` times the luminance, smoothed over neighbouring cells.
-  /// The sum of the added flux is `times` the flux of the film.
-  FilmImportance importance(double times, float exposure) const;
+  /// The importance 1 / sqrt(L^2 + 0.01) with the displayed luminance L, smoothed over neighbouring cells. The sum of
+  /// the added flux is `times` the flux of the film.
+  FilmImportance importance(double times) const;
   /// The sum of all added flux, each multiplied by `importance` at the centre of its cell.
   double flux(const FilmImportance& importance) const;
 
@@ -47,6 +50,7 @@ class FilmLuminance {
   }
 
   Vec2 min_, max_;
+  float exposure_;
   int columns_, rows_;
   std::vector<std::atomic<int64_t>> flux_, sum_;
   std::vector<std::atomic<uint32_t>> count_;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "math/relative_error.h"
 #include "math/types.h"
 
 namespace ajar {
@@ -42,8 +43,8 @@ class RareLight {
     constexpr double kVariance = 0.02, kLeast = 1.0 / 64.0;
     if (samples_ == 0) return kFirst;
     const double of_unit = 1.0 / (kUnits * double(samples_)), mean = of_unit * double(other_light_),
-                 variance = of_unit * double(squared_) / (mean * mean + 0.01), rays = double(expected_rays_) / kUnits,
-                 possible = rays > affordable ? affordable / rays : 1.0;
+                 variance = of_unit * double(squared_) / (mean * mean + kDarkSquared),
+                 rays = double(expected_rays_) / kUnits, possible = rays > affordable ? affordable / rays : 1.0;
     return float(std::clamp(variance / kVariance, kLeast, std::max(kLeast, possible)));
   }
 

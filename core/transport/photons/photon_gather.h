@@ -63,7 +63,7 @@ class PhotonGatherer {
         settings_(settings),
         sampler_(Sampler::Kind::Sobol, seed),
         gather_sampler_(Sampler::Kind::Sobol, hash_combine(seed, 0x67617468U)),
-        beyond_(scene.settings().exposure) {}
+        beyond_(shown_exposure(scene.settings())) {}
 
   /// Starts sample `index` of pixel number `pixel`. The first dimensions of the returned sampler belong to the camera.
   Sampler& start(uint32_t pixel, uint32_t index) {

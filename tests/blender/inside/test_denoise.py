@@ -20,7 +20,7 @@ class Library:
     def monotonic(self) -> float:
         return self.now
 
-    def denoise(self, color, halves, albedo, normal, quality, threads, cancellation=None, direct_halves=None, biased=()):
+    def denoise(self, color, halves, albedo, normal, quality, threads, cancellation=None, direct_halves=None, biased=(), exposure=1.0):
         pixels = color.shape[0] * color.shape[1]
         noisy = np.mean((halves[..., :3] - halves[..., 3:]) ** 2) > 0.02
         self.now += FIXED + PER_PIXEL * pixels * (1.5 if noisy else 1.0) + (1.0 if self.calls == 0 else 0.0)

@@ -210,3 +210,13 @@ def test_light_hints_are_found_in_the_collection_of_older_files(scene):
     scene.collection.children.link(bpy.data.collections.new("Light Hints"))
     assert hints.curves_of(scene) == []
     assert hasattr(bpy.ops.ajar.draw_light_path, "poll") and bpy.ops.ajar.check_light_paths.get_rna_type().identifier == "AJAR_OT_check_light_paths"
+
+
+def test_the_exposure_of_the_display_is_exported(build, export):
+    scene = bpy.context.scene
+    assert export().settings.view_exposure == 1.0
+    scene.view_settings.exposure = -3.0
+    try:
+        assert export().settings.view_exposure == 0.125
+    finally:
+        scene.view_settings.exposure = 0.0

@@ -111,6 +111,7 @@ def steps(arguments, result):
                              if r.type != "WINDOW" and r.width > 1 and r.height > 1]
 
     yield from counters(result)
+    yield from expose(result)
     yield from draw_light_hint(result)
     yield from show_photons(result)
     yield from denoise_view(result)
@@ -176,6 +177,17 @@ def counters(result):
             "exported": view.meshes.exported - before[0], "updates": view.updates - before[1],
             "walks": view.known.walks - before[2], "built": scene["meshes"] - scene["kept_meshes"], "placed": scene["placed_instances"],
             "compiled": scene["compiled_programs"]}
+
+
+def expose(result):
+    """How many images are rendered for another exposure of the display."""
+    scene, number = bpy.context.scene, views[-1]._number
+    for exposure in (1.5, 0.0):
+        scene.view_settings.exposure = exposure
+        scene.update_tag()
+        yield 0.3
+        yield from wait_until_done()
+    result["renders_for_exposure"] = views[-1]._number - number
 
 
 # ---- A light hint, by mouse -----------------------------------------------------------------------------------------------------

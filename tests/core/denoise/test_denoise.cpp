@@ -330,6 +330,36 @@ TEST(Denoise, pixels_that_are_bright_in_both_halves_by_chance_are_no_details) {
   EXPECT_LT(left, 0.2 * both);
 }
 
+TEST(Denoise, errors_are_judged_in_the_displayed_image) {
+  // A dark and a bright half, whose light the denoiser changes by a tenth.
+  std::vector<float> clean(kValues);
+  for (size_t i = 0; i < kValues; ++i) clean[i] = (i / 3) % kWidth < kWidth / 2 ? 0.02f : 2.0f;
+  constexpr float kTimes = 256.0f;
+  Rendered plain = rendered(clean, 16, 11), bright = plain, second = rendered(clean, 16, 12);
+  const auto both = [](const Rendered& a, const Rendered& b) {
+    std::vector<float> halves(2 * a.halves.size());
+    for (size_t i = 0; i < a.halves.size(); i += 6) {
+      std::copy_n(&a.halves[i], 6, &halves[2 * i]);
+      std::copy_n(&b.halves[i], 6, &halves[2 * i + 6]);
+    }
+    return halves;
+  };
+  std::vector<float> halves = both(plain, second), bright_halves = halves;
+  for (float& v : bright.image) v *= kTimes;
+  for (float& v : bright_halves) v *= kTimes;
+  const Denoised a = denoise({plain.image, halves, {}, kWidth, kHeight}, dark_blur),
+                 b = denoise({bright.image, bright_halves, {}, kWidth, kHeight, {}, 1.0f / kTimes}, dark_blur),
+                 not_told = denoise({bright.image, bright_halves, {}, kWidth, kHeight}, dark_blur);
+  double differences = 0.0, not_told_differences = 0.0;
+  for (size_t i = 0; i < kValues; ++i) {
+    differences += std::abs(b.image[i] / (kTimes * a.image[i]) - 1.0f) / kValues;
+    not_told_differences += std::abs(not_told.image[i] / (kTimes * a.image[i]) - 1.0f) / kValues;
+  }
+  EXPECT_LT(differences, 1e-5);
+  EXPECT_GT(not_told_differences, 1e-3);
+  for (size_t i = 0; i < a.error.size(); ++i) ASSERT_NEAR(b.error[i], a.error[i], 1e-4f * a.error[i] + 1e-9f);
+}
+
 }  // namespace
 
 }  // namespace ajar::test_denoise

@@ -158,6 +158,32 @@ TEST(Film, error_passes_and_estimates_are_the_standard_deviation_of_the_mean_in_
   EXPECT_NEAR(film.estimated_perceptual_error() / (1e4 * deviation * deviation / threshold), 1.0, 0.1);
 }
 
+TEST(Film, errors_are_relative_to_displayed_light) {
+  constexpr float kTimes = 64.0f;
+  const std::vector<std::string> passes = {"Error", "Perceptual Error"};
+  Film plain(0, 0, 16, 16, passes), bright(0, 0, 16, 16, passes), not_told(0, 0, 16, 16, passes);
+  bright.set_shown_exposure(1.0 / double(kTimes));
+  for (const auto& [film, times] : {std::pair(&plain, 1.0f), {&bright, kTimes}, {&not_told, kTimes}}) {
+    for (const uint32_t end : {8u, 16u, 32u}) {
+      for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 16; ++x)
+          for (uint32_t i = film->samples_of(x, y); i < end; ++i)
+            film->add_sample(x, y, Color(times * 0.1f * to_unit_float(hash_combine(uint32_t(16 * y + x), i))), 1.0f,
+                             nullptr);
+      if (end < 32) film->remember(end);
+    }
+  }
+  const Film::ErrorEstimate a = plain.estimated_error(32), b = bright.estimated_error(32);
+  EXPECT_NEAR(b.relmse / a.relmse, 1.0, 1e-5);
+  EXPECT_NEAR(b.perceptual / a.perceptual, 1.0, 1e-5);
+  EXPECT_NEAR(bright.estimated_relmse() / plain.estimated_relmse(), 1.0, 1e-5);
+  for (const std::string& pass : passes) {
+    const std::vector<float> of_plain = plain.resolve(pass, 1.0f), of_bright = bright.resolve(pass, 1.0f);
+    for (size_t i = 0; i < of_plain.size(); ++i) ASSERT_NEAR(of_bright[i], of_plain[i], 1e-4f * of_plain[i]) << pass;
+  }
+  EXPECT_GT(not_told.estimated_error(32).relmse, 3.0 * a.relmse) << "darkness counts if it is not known to be dark";
+}
+
 TEST(Film, the_error_pass_of_splats_is_their_standard_deviation) {
   // Poisson splats of value 1, on average eight of each half in a pixel. The variance of the sum is the number of
   // splats.

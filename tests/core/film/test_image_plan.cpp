@@ -245,6 +245,26 @@ TEST(ImagePlan, error_falls_as_predicted_for_noise_in_a_corner) {
   EXPECT_GT(uniform.mean() / planned.mean(), 3.5);
 }
 
+TEST(ImagePlan, counts_follow_displayed_light) {
+  // The left half is 50 times as bright as the right one and has the same relative noise: darkness gets few samples.
+  const auto goals = [](float times, double exposure) {
+    const Toy toy = [&](int x, int y, uint32_t index) {
+      return times * (x < 16 ? 1.0f : 0.02f) * (0.5f + random_number(3, x, y, index));
+    };
+    Film film(0, 0, 32, 32, {"Combined"});
+    film.set_shown_exposure(exposure);
+    ImagePlan plan(ErrorMeasure::Relative, 4, 3);
+    follow_plan(plan, film, 32, toy);
+    return film.goals();
+  };
+  const std::vector<uint32_t> plain = goals(1.0f, 1.0);
+  EXPECT_EQ(goals(1024.0f, 1.0 / 1024.0), plain);
+  EXPECT_NE(goals(1024.0f, 1.0), plain);
+  uint64_t halves[2] = {0, 0};
+  for (size_t i = 0; i < plain.size(); ++i) halves[i % 32 < 16 ? 0 : 1] += plain[i];
+  EXPECT_GT(double(halves[0]), 2.0 * double(halves[1]));
+}
+
 TEST(ImagePlan, costly_samples_get_fewer_and_equal_counts_stay_where_they_are_best) {
   // Equal noise; samples of the left half cost 1 + 19 rays, those of the right half 1 + 1. The minimum error in a given
   // time has counts in proportion to 1 / sqrt(cost), here to 1 / cost^0.4: 0.4 to 1.

@@ -170,14 +170,14 @@ TEST(CompactPath, unpacks_to_the_path_that_was_packed) {
 }
 
 TEST(FilmLuminance, importance_falls_with_the_total_luminance) {
-  FilmLuminance film(Vec2(0.0f), Vec2(64.0f, 32.0f));
+  FilmLuminance film(Vec2(0.0f), Vec2(64.0f, 32.0f), 2.0f);
   for (int y = 0; y < 32; ++y)
     for (int x = 0; x < 64; ++x) {
       const Vec2 at(float(x) + 0.5f, float(y) + 0.5f);
       film.add_flux(at, 3.0 * (x < 32 ? 0.1 : 1.0));
       film.add_sample(at, x < 32 ? 0.0 : 0.5);
     }
-  const FilmImportance importance = film.importance(3.0, 2.0f);
+  const FilmImportance importance = film.importance(3.0);
   EXPECT_NEAR(importance.at(Vec2(8.0f, 16.0f)), 1.0f / std::sqrt(0.04f + 0.01f), 1e-4f);
   EXPECT_NEAR(importance.at(Vec2(56.0f, 16.0f)), 1.0f / std::sqrt(9.0f + 0.01f), 1e-4f);
   EXPECT_GT(importance.at(Vec2(30.0f, 16.0f)), importance.at(Vec2(34.0f, 16.0f)));
@@ -193,11 +193,11 @@ TEST(FilmLuminance, importance_falls_with_the_total_luminance) {
 TEST(FilmLuminance, negative_samples_give_the_same_importance_as_positive_ones) {
   float seen[2];
   for (int side = 0; side < 2; ++side) {
-    FilmLuminance film(Vec2(0.0f), Vec2(8.0f, 8.0f));
+    FilmLuminance film(Vec2(0.0f), Vec2(8.0f, 8.0f), 1.0f);
     film.add_sample(Vec2(1.0f, 1.0f), side ? -1e30 : 1e30);
     film.add_sample(Vec2(1.0f, 1.0f), side ? -2.0 : 2.0);
     film.add_sample(Vec2(1.0f, 1.0f), std::nan(""));
-    seen[side] = film.importance(1.0, 1.0f).at(Vec2(1.0f, 1.0f));
+    seen[side] = film.importance(1.0).at(Vec2(1.0f, 1.0f));
   }
   EXPECT_GT(seen[0], 0.0f);
   EXPECT_EQ(seen[0], seen[1]);
