@@ -454,7 +454,7 @@ class PathWalk {
     return sample;
   }
 
-  static constexpr int kSafeBounces = 2;  ///< without Russian roulette
+  static constexpr int kSafeBounces = 1;  ///< without Russian roulette
 
   const DirectLight& direct_light_;
   const Guide& guide_;
