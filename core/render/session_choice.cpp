@@ -33,11 +33,13 @@ void SessionWorker::use_path_tracing_where_others_fail(Job& job) {
                                       : path_tracing_only(state_.lock()->scene.get(), job.camera, settings);
   if (replaced_because_.empty()) return;
   const IntegratorInfo& asked = find_integrator(settings.integrator);
-  if (asked.automatic)  // path tracing is one of its choices
+  if (asked.automatic) {  // path tracing is one of its choices, with a guide where a measurement finds that it pays
     state_.lock()->technique_steps = {
         {"technique", true, "path tracing: the others do not render " + replaced_because_, ""}};
-  else
+    if (settings.guiding == Guiding::Off) settings.guiding = Guiding::Auto;
+  } else {
     replaced_integrator_ = asked.label;
+  }
   settings.integrator = "path";
 }
 

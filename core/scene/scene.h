@@ -128,6 +128,7 @@ class Scene {
   bool has_transparent_shadows() const { return any_transparent_; }
   /// Whether a visible material has a ray portal.
   bool has_portals() const { return any_portal_; }
+  bool depends_on_ray_kind() const { return any_ray_kind_; }  ///< see path_tracing_only.h
   /// Whether light can go below some surface.
   bool has_subsurface() const;
   bool has_strands() const { return statistics_.strands > 0; }
@@ -254,7 +255,7 @@ class Scene {
   std::vector<Mat4> frames_;  // of instances that have moved since the last frame, or will until the next one
   std::unique_ptr<Accel> accel_;
   BuildStatistics statistics_;
-  bool any_transparent_ = false, any_portal_ = false, has_media_ = false;
+  bool any_transparent_ = false, any_portal_ = false, any_ray_kind_ = false, has_media_ = false;
   Vec3 center_{0.0f};
   float radius_ = 1.0f;
 };

@@ -15,6 +15,7 @@
 #include "scene/dice_meshes.h"
 #include "scene/displace.h"
 #include "scene/pass_names.h"
+#include "scene/path_tracing_only.h"
 #include "shading/images/color_spaces.h"
 #include "shading/images/tile_cache.h"
 
@@ -379,6 +380,8 @@ void Scene::Builder::compile_shaders() {
   for (size_t i = 0; i < shown_by_.size(); ++i)
     s_.any_transparent_ |= shown_by_[i] >= 0 && s_.programs_[i].may_be_transparent();
   for (size_t i = 0; i < shown_by_.size(); ++i) s_.any_portal_ |= shown_by_[i] >= 0 && s_.programs_[i].has_portal();
+  for (size_t i = 0; i < d_.materials.size(); ++i)
+    s_.any_ray_kind_ |= shown_by_[i] >= 0 && ajar::depends_on_ray_kind(d_.materials[i]);
   s_.statistics_.transparent_shadows = s_.any_transparent_;
   for (size_t i = 0; i < d_.lights.size(); ++i) {
     s_.lamp_programs_.emplace_back();

@@ -90,11 +90,11 @@ def test_the_map_of_the_samples_is_drawn_when_it_is_switched_on(progress):
     for name in ("during", "later", "after"):
         least, mean, most, height, width = values[name]["density"]
         assert 0 < least <= mean <= most and (height, width) == (120, 160), name   # equal in all pixels until the estimate of the noise is reliable
-        assert mean <= values[name]["samples"] <= 320, name
+        assert mean <= values[name]["samples"] <= 640, name
         assert values[name]["pictures"]["density IMAGE_EDITOR"]["size"] == [160, 120], name
     least, mean, most, _, _ = values["after"]["density"]
     assert least < mean < most and values["after"]["pictures"]["density IMAGE_EDITOR"]["colours"] > 1
-    assert values["during"]["density"][1] < values["later"]["density"][1] < values["after"]["density"][1] == 320
+    assert values["during"]["density"][1] < values["later"]["density"][1] < values["after"]["density"][1] == 640
 
 
 def test_a_rendered_view_shows_its_samples_without_rendering_again(progress):

@@ -181,7 +181,11 @@ def counters(result):
 
 def expose(result):
     """How many images are rendered for another exposure of the display."""
-    scene, number = bpy.context.scene, views[-1]._number
+    scene = bpy.context.scene
+    scene.update_tag()   # other changes of the scene are rendered before
+    yield 0.3
+    yield from wait_until_done()
+    number = views[-1]._number
     for exposure in (1.5, 0.0):
         scene.view_settings.exposure = exposure
         scene.update_tag()

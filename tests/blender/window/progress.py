@@ -66,7 +66,7 @@ def steps(arguments, result):
     scene.render.engine = "AJAR"
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 160, 120, 100
     settings = scene.ajar
-    settings.integrator, settings.image, settings.samples, settings.noise_target = "path", "pmc_ip", 320, 1e-4
+    settings.integrator, settings.image, settings.samples, settings.noise_target = "path", "pmc_ip", 640, 1e-5
     bpy.context.preferences.view.render_display_type = "NONE"
 
     # The image editor replaces the 3D view, and its sidebar shows the tab of Ajar.
