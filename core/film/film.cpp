@@ -136,12 +136,6 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
       part_planes_[part] = uint16_t(1 + light_groups().size() + splatted_parts_++);
 }
 
-std::unique_ptr<Film> make_film(const RenderSettings& s, const std::vector<std::string>& passes) {
-  auto film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], passes);
-  film->set_shown_exposure(double(shown_exposure(s)));
-  return film;
-}
-
 uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool splats) {
   const bool aux = std::any_of(passes.begin(), passes.end(), is_surface_pass),
              guides = std::any_of(passes.begin(), passes.end(), is_guide_pass),

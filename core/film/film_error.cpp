@@ -275,4 +275,10 @@ Film::ErrorEstimate Film::error_from_pictures(const Remembered& one, const Remem
           pixels};
 }
 
+std::unique_ptr<Film> make_film(const RenderSettings& s, const std::vector<std::string>& passes) {
+  auto film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], passes);
+  film->set_shown_exposure(double(shown_exposure(s)));
+  return film;
+}
+
 }  // namespace ajar
