@@ -37,8 +37,9 @@ class LightPathSearch {
   };
 
   /// A shader. Emission may follow the path: paths from the eye find all of it.
-  Found shader(const NodeLink& link) {
+  Found shader(const NodeLink& link, int depth = 0) {
     if (link.node < 0 || size_t(link.node) >= graph_.nodes.size()) return {};
+    if (depth > kMaxDepth) return {true, true, true};
     Found& found = shaders_[size_t(link.node)];
     if (found.visited) return found;
     found.visited = true;
@@ -49,11 +50,11 @@ class LightPathSearch {
     bool by_number = false;
     for (const NodeInput& input : node.inputs) {
       if (joins && input.socket.starts_with("Shader")) {
-        const Found part = shader(input.link);
+        const Found part = shader(input.link, depth + 1);
         result.scatters |= part.scatters;
         result.follows_path |= part.follows_path;
       } else if (!input.socket.starts_with("Emission")) {  // of Principled BSDF
-        by_number |= value(input.link);
+        by_number |= value(input.link, depth + 1);
       }
     }
     result.follows_path |= result.scatters && by_number;
@@ -61,16 +62,18 @@ class LightPathSearch {
   }
 
  private:
+  static constexpr int kMaxDepth = 4096;  ///< of nodes one behind the other; behind that, a Light Path is assumed
   /// Whether a number or colour follows the path.
-  bool value(const NodeLink& link) {
+  bool value(const NodeLink& link, int depth) {
     if (link.node < 0 || size_t(link.node) >= graph_.nodes.size()) return false;
+    if (depth > kMaxDepth) return true;
     Found& found = values_[size_t(link.node)];
     if (found.visited) return found.follows_path;
     found.visited = true;
     const Node& node = graph_.nodes[size_t(link.node)];
     const bool follows = node.type == "ShaderNodeLightPath" ||
                          std::any_of(node.inputs.begin(), node.inputs.end(),
-                                     [&](const NodeInput& input) { return value(input.link); });
+                                     [&](const NodeInput& input) { return value(input.link, depth + 1); });
     values_[size_t(link.node)].follows_path = follows;
     return follows;
   }

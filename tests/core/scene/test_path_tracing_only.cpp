@@ -104,6 +104,18 @@ TEST(PathTracingOnly, a_graph_with_a_cycle_is_searched_once) {
   EXPECT_FALSE(depends_on_ray_kind(m));
 }
 
+TEST(PathTracingOnly, a_very_long_chain_of_nodes_ends_the_search) {
+  const auto chain = [](int length) {
+    return material([&](GraphBuilder& b, int) {
+      int last = b.node("ShaderNodeValue", {});
+      for (int i = 0; i < length; ++i) last = b.node("ShaderNodeMath", {linked_input("Value", last, "Value")});
+      return NodeLink{b.node("ShaderNodeBsdfDiffuse", {linked_input("Roughness", last, "Value")}), "BSDF"};
+    });
+  };
+  EXPECT_FALSE(depends_on_ray_kind(chain(1000)));
+  EXPECT_TRUE(depends_on_ray_kind(chain(1000000))) << "as if it were one: no stack is long enough";
+}
+
 TEST(PathTracingOnly, light_through_panes_is_that_of_path_tracing_in_all_techniques) {
   const std::vector<float> expected = render(lamp_behind_a_pane(), "path", 16, 3);
   for (const char* technique : {"bdpt", "erpt", "photon_map", "auto"}) {
