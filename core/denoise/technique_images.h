@@ -28,7 +28,7 @@ inline float luminance_at(const std::vector<float>& image, size_t pixel) {
 
 struct Denoised {
   std::vector<float> image;  ///< RGB
-  /// Of each pixel: estimate of the relMSE, squared error / (squared light + 0.01), mean over a window.
+  /// Of each pixel: estimate of the relMSE, squared error / (squared light + 0.01) as displayed, mean over a window.
   std::vector<float> error;
 };
 

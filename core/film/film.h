@@ -188,9 +188,9 @@ class Film {
   };
   ErrorEstimate estimated_error(uint32_t samples) const;
   /// An estimate of the relative mean squared error of the present image for few samples: the mean of variance / (M^2 +
-  /// 0.01), for displayed light, over pixels and channels. The variance is that of two half buffers, (A-B)^2 / 4. Without splats, the result
-  /// is scaled as a whole to the scatter of luminances, because halves of a stratified sequence differ more than
-  /// independent ones. Negative if there are too few samples.
+  /// 0.01) over pixels and channels, for displayed light. The variance is that of two half buffers, (A-B)^2 / 4. Without
+  /// splats, the result is scaled as a whole to the scatter of luminances, because halves of a stratified sequence differ
+  /// more than independent ones. Negative if there are too few samples.
   double estimated_relmse() const { return estimated_error_of_few().relmse; }
   /// The same for the luminance, relative to the visibility threshold (film/tvi.h).
   double estimated_perceptual_error() const { return estimated_error_of_few().perceptual; }

@@ -116,6 +116,13 @@ TEST(PathTracingOnly, a_very_long_chain_of_nodes_ends_the_search) {
   EXPECT_TRUE(depends_on_ray_kind(chain(1000000))) << "as if it were one: no stack is long enough";
 }
 
+TEST(PathTracingOnly, auto_measures_whether_a_guide_pays) {
+  Session session;
+  session.start(with(lamp_behind_a_pane(), "auto", 20));
+  ASSERT_TRUE(session.wait(kHang));
+  EXPECT_NE(session.statistics_json().find("a measurement during the render decides"), std::string::npos);
+}
+
 TEST(PathTracingOnly, light_through_panes_is_that_of_path_tracing_in_all_techniques) {
   const std::vector<float> expected = render(lamp_behind_a_pane(), "path", 16, 3);
   for (const char* technique : {"bdpt", "erpt", "photon_map", "auto"}) {
