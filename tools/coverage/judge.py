@@ -38,6 +38,7 @@ KNOWN = (
     # Not its transmission, which has to agree. All other probes have the default, reflection.
     Known("BsdfHair", "[A-Z]*", "*", OLD + NEW, HALF_OF_HAIR),
     Known("BsdfHair", "component", "Reflection", OLD + NEW, HALF_OF_HAIR),
+    Known("BsdfHairPrincipled", "Color", "", "5", "on meshes, Cycles 5 drops light samples by its test for bumps; bright hair passes light on many times (docs/agreement.md)"),
     Known("BsdfHairPrincipled", "IOR", "", OLD + NEW, "below 1, Cycles loses light where it reflects totally; Ajar does not"),
     Known("BsdfHairPrincipled", "model", "HUANG", NEW, "on meshes, Cycles 5 drops light samples by its test for bumps, and it integrates the width of a fibre coarsely (docs/agreement.md)"),
     Known("BsdfToon", "*", "*", OLD + NEW, "with a smooth edge, Cycles evaluates the falloff at another angle than that of the sampled direction"),
