@@ -58,7 +58,8 @@ void GatherPasses::prepare(const Scene& scene, const PathMedia* media, uint32_t 
   gather_.pixel = {camera.position(), kPixels / std::sqrt(camera.film_density(forward, time())),
                    camera.is_orthographic()};
   if (has_soft_terminator(scene)) gather_.beyond_terminator = RareLight::kFirst;
-  gather_.light_without_photons = scene.emission_without_lights() || (media && media->any_emission());
+  gather_.light_without_photons = scene.emission_without_lights() || scene.depends_on_ray_kind() ||
+                                  (media && media->any_emission());
   // Photons of chains lie in clusters. The disc up to the k-th photon ends at such a cluster too often, so that narrower
   // lookups would overestimate (rooms: by 15 % with 10 neighbours).
   if (arrivals) gather_.neighbours = gather_.gather_neighbours = PointTree::kMaxNeighbours;

@@ -89,7 +89,7 @@ Bias bias_with(const DirectPass& direct, Bias chains);
 /// Adds the rays of all passes and the sizes of the last one. These are rays of photons, of which a small image has
 /// more per pixel.
 void add_statistics_of(const VertexMerging& merging, IntegratorStatistics& statistics);
-/// The same, and rays of walks below surfaces. These are part of the direct pass's rays.
+/// The same, and the rays of EyeOnlyLight and LightBeyond. These are part of the direct pass's rays.
 void add_statistics_of(const DirectPass& direct, IntegratorStatistics& statistics);
 /// Memory and counters of media.
 void add_statistics_of(const MediaCounters& counters, size_t bytes, IntegratorStatistics& statistics);

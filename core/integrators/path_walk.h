@@ -150,7 +150,7 @@ class PathWalk {
             {previous_.position, medium_.chosen_from, previous_.bsdf_pdf, previous_.receiver_set, walk_.ray.time},
             light, wi, position, normal);
     const float weight = direct_light_.weight_of_hit(scene_, previous_, light, wi, position, normal);
-    if constexpr (kGuided) guided_.hit_weight = weight;
+    if constexpr (kGuided) guided_.hit_weight = unguided_pdf_ ? 0.0f : weight;
     return weight;
   }
 
@@ -248,6 +248,7 @@ class PathWalk {
     if (point.ray_depth > kSafeBounces && !survives_roulette(base)) return false;
     previous_ = DirectVertex();
     previous_.bsdf_pdf = sample.pdf_phase;
+    unguided_pdf_ = true;
     previous_.position = place;
     previous_.receiver_set = medium_.media.receiver_set(medium_.stack);
     medium_.chose = true;
@@ -331,7 +332,7 @@ class PathWalk {
     else
       direct = direct_light_.estimate(context, sampler_, base_ + D::kDirectLight, here, vertex_aux_, rays);
     if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
-      if (has_soft_terminator(point)) direct += estimate_direct<true>(context, sampler_, base_ + D::kDirectLight, rays);
+      if (has_soft_terminator(point)) direct += estimate_direct<SampledPart::BeyondTerminator>(context, sampler_, base_ + D::kDirectLight, rays);
     }
     if constexpr (kParts)
       if (point.ray_depth == 0 && !is_black(direct)) first_ = LightPasses::scattered_by(bsdf, point.wo, sampled.wi);
@@ -359,7 +360,10 @@ class PathWalk {
       if (glm::dot(sample->wi, point.ng) < 0.0f)
         medium_.media.cross(walk_.hit, !point.backfacing, medium_.stack, medium_.counters);
     // Straight on: MIS still uses the light sample of the vertex before.
-    if (sample->flags & kTransparent) return has_portal() ? pass_portal(*sample) : walk_.pass_through();
+    if (sample->flags & kTransparent) {
+      if constexpr (kGuided) weigh_without_guide();
+      return has_portal() ? pass_portal(*sample) : walk_.pass_through();
+    }
     if (at_bounce_limit_) return false;
 
     if constexpr (kParts)
@@ -376,6 +380,7 @@ class PathWalk {
     if constexpr (kMedia) medium_.chose = false;
     previous_ = here;
     previous_.bsdf_pdf = sample->specular ? 0.0f : sample->pdf_solid_angle;
+    if constexpr (kGuided) unguided_pdf_ = false;
     previous_.position = point.position;
     previous_.normal = bsdf.receiving_normal();
     previous_.receiver_set = receiver_set(point);
@@ -423,6 +428,14 @@ class PathWalk {
   static float largest(Color c) { return max_component(kMedia ? glm::abs(c) : c); }
 
   // ---- Guiding -------------------------------------------------------------------------------
+
+  /// The ray passes the surface. If the surface depends on the kind of the ray, light that is found from here on has the
+  /// weight that it has without the guide (DirectLightContext::evaluate).
+  void weigh_without_guide() {
+    if (unguided_pdf_ || !scene_.depends_on_ray_kind(walk_.hit)) return;
+    unguided_pdf_ = true;
+    previous_.bsdf_pdf *= guided_.last_ratio;
+  }
 
   const GuidedBsdf* guided_bsdf() const {
     if constexpr (kGuided)
@@ -480,6 +493,7 @@ class PathWalk {
   [[no_unique_address]] std::conditional_t<kParts, PathPasses, NoParts> first_;
   int group_ = -1;
   [[no_unique_address]] std::conditional_t<kGuided, GuidedPath, NoGuidedPath> guided_;
+  bool unguided_pdf_ = false;  ///< previous_.bsdf_pdf is the density without the guide
 };
 
 }  // namespace ajar

@@ -152,7 +152,7 @@ void add_statistics_of(const VertexMerging& merging, IntegratorStatistics& stati
 
 void add_statistics_of(const DirectPass& direct, IntegratorStatistics& statistics) {
   add_statistics_of(direct.merging(), statistics);
-  if (direct.rays_below() > 0) statistics.extra["subsurface_rays"] = double(direct.rays_below());
+  if (direct.eye_only_rays() > 0) statistics.extra["eye_only_rays"] = double(direct.eye_only_rays());
   if (direct.rays_beyond() > 0) statistics.extra["terminator_rays"] = double(direct.rays_beyond());
 }
 

@@ -141,6 +141,11 @@ class Planner {
         number(used - constant) + " of " + number(used) + " materials evaluated per hit, the others constant",
         "at most " + number(uint64_t(longest)) + " instructions a hit");
     look_below_surfaces();
+    const bool by_kind = scene_.depends_on_ray_kind();
+    add("surfaces by the kind of the ray", by_kind,
+        by_kind ? "a visible material follows the Light Path node or has no transparent shadows: only paths from the eye "
+                  "go past it"
+                : "no visible material scatters light, or lets it pass, by the kind of the ray");
   }
 
   /// Chains and populations render only paths without walks below surfaces; they splat and take further samples.
@@ -157,6 +162,8 @@ class Planner {
         divides ? "a walk from the eye for each direct sample" : "a random walk where a path enters");
   }
 
+  // Past surfaces that depend on the kind of the ray, light samples and hits find other light, whose parts follow from the
+  // weights of the default method.
   void choose_direct() {
     const Choice<DirectMethod>& asked = choice_of(settings_.direct);
     DirectPlan& direct = plan_.direct;
@@ -173,6 +180,8 @@ class Planner {
       instead = "a light does not light all objects";
     else if (scene_.lights().any_limited())
       instead = "a light has its own number of bounces";
+    else if (scene_.depends_on_ray_kind())
+      instead = "a visible surface depends on the kind of the ray";
     else if (plan_.parts && integrator_.has_direct_methods)
       instead = "passes of parts of the light are asked for";
     if (asked.value == DirectMethod::Mis && direct.samples == 1) instead.clear();

@@ -41,7 +41,8 @@ Hit Scene::intersect_own(const BuiltInstance& instance, const Ray& ray) const {
 
 bool Scene::has_lamp_shapes() const { return accel_->has_lamps(); }
 
-Color Scene::transmittance(const Ray& shadow_ray, int max_transparent) const {
+Color Scene::transmittance(const Ray& shadow_ray, int max_transparent, bool* by_ray_kind) const {
+  if (by_ray_kind) *by_ray_kind = false;
   if (!any_transparent_) return accel_->occluded(shadow_ray) ? Color(0.0f) : Color(1.0f);
   Color through(1.0f);
   Ray ray = shadow_ray;
@@ -50,8 +51,8 @@ Color Scene::transmittance(const Ray& shadow_ray, int max_transparent) const {
     const Hit hit = intersect(ray, kRayShadow);
     if (!hit.found()) return through;
     const ShaderProgram& program = material(hit);
-    if (!program.may_be_transparent() || crossed >= max_transparent || opaque_shadows_[size_t(material_index(hit))])
-      return Color(0.0f);
+    if (!shadow_rays_pass(hit) || crossed >= max_transparent) return Color(0.0f);
+    if (by_ray_kind) *by_ray_kind |= depends_on_ray_kind(hit);
     shading_point(ray, hit, point);
     point.ray_kind = kRayShadow;
     through *= program.evaluate_transparency(point);

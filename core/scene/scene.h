@@ -115,7 +115,8 @@ class Scene {
   /// The nearest hit on this instance. Only materials with nodes that ask for it get one (`asks_for_itself`).
   Hit intersect_own(const BuiltInstance& instance, const Ray& ray) const;
   /// Transmittance along the segment (0 if blocked). Evaluates transparent surfaces, at most `max_transparent` of them.
-  Color transmittance(const Ray& ray, int max_transparent) const;
+  /// Sets `by_ray_kind`, if it is not null, to whether one of them depends on the kind of the ray.
+  Color transmittance(const Ray& ray, int max_transparent, bool* by_ray_kind = nullptr) const;
 
   /// Fills `point` for shading at `hit`. The position on a triangle comes from the barycentric coordinates, not from t,
   /// for precision.
@@ -128,7 +129,15 @@ class Scene {
   bool has_transparent_shadows() const { return any_transparent_; }
   /// Whether a visible material has a ray portal.
   bool has_portals() const { return any_portal_; }
-  bool depends_on_ray_kind() const { return any_ray_kind_; }  ///< see path_tracing_only.h
+  /// Whether a visible surface is another one for other kinds of rays (ray_kind_surfaces.h), and whether this one is.
+  bool depends_on_ray_kind() const { return any_ray_kind_; }
+  bool depends_on_ray_kind(const Hit& hit) const {
+    return any_ray_kind_ && ray_kind_surfaces_[size_t(material_index(hit))];
+  }
+  /// Whether shadow rays pass the transparent parts of the surface.
+  bool shadow_rays_pass(const Hit& hit) const {
+    return material(hit).may_be_transparent() && !opaque_shadows_[size_t(material_index(hit))];
+  }
   /// Whether light can go below some surface.
   bool has_subsurface() const;
   bool has_strands() const { return statistics_.strands > 0; }
@@ -234,6 +243,7 @@ class Scene {
   std::vector<uint32_t> material_table_;
   std::vector<ShaderProgram> programs_, lamp_programs_;
   std::vector<bool> opaque_shadows_;             // of each program: shadow rays do not pass its transparent parts
+  std::vector<bool> ray_kind_surfaces_;          // of each program: see depends_on_ray_kind
   std::vector<uint64_t> material_fingerprints_;  // 0 if the program cannot be taken over by the next scene
   std::vector<Diagnostics> material_diagnostics_;
   std::vector<int> material_pass_indices_;

@@ -15,9 +15,9 @@
 #include "scene/dice_meshes.h"
 #include "scene/displace.h"
 #include "scene/pass_names.h"
-#include "scene/path_tracing_only.h"
 #include "shading/images/color_spaces.h"
 #include "shading/images/tile_cache.h"
+#include "shading/ray_kind_surfaces.h"
 
 namespace ajar {
 
@@ -381,7 +381,10 @@ void Scene::Builder::compile_shaders() {
     s_.any_transparent_ |= shown_by_[i] >= 0 && s_.programs_[i].may_be_transparent();
   for (size_t i = 0; i < shown_by_.size(); ++i) s_.any_portal_ |= shown_by_[i] >= 0 && s_.programs_[i].has_portal();
   for (size_t i = 0; i < d_.materials.size(); ++i)
-    s_.any_ray_kind_ |= shown_by_[i] >= 0 && ajar::depends_on_ray_kind(d_.materials[i]);
+    s_.ray_kind_surfaces_.push_back(shown_by_[i] >= 0 && ajar::depends_on_ray_kind(d_.materials[i]));
+  s_.ray_kind_surfaces_.push_back(false);
+  const auto& by_kind = s_.ray_kind_surfaces_;
+  s_.any_ray_kind_ = std::find(by_kind.begin(), by_kind.end(), true) != by_kind.end();
   s_.statistics_.transparent_shadows = s_.any_transparent_;
   for (size_t i = 0; i < d_.lights.size(); ++i) {
     s_.lamp_programs_.emplace_back();

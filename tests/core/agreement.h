@@ -47,8 +47,8 @@ inline const std::vector<RunningMoments>& reference(SceneDescription d, int samp
 /// image is tested too, and the test fails as inconclusive if it could not see a relative bias of this size: the limit
 /// is that of the level (about 3.5 standard errors) and of a power of 90 % (1.3 standard errors).
 inline void expect_agreement(const TransportScene& scene, const std::string& integrator, int samples, int tests,
-                             double visible = 0.0) {
-  const auto& expected = reference(scene.description, 64, 16);
+                             double visible = 0.0, int samples_of_reference = 64) {
+  const auto& expected = reference(scene.description, samples_of_reference, 16);
   const auto actual = blocks(scene.description, integrator, samples, 16, 200);
   const RunningMoments &whole = expected[kValues], &found = actual[kValues];
   const double power = 4.8 * std::sqrt(whole.variance_of_mean() + found.variance_of_mean()) / std::abs(whole.mean());

@@ -37,6 +37,7 @@ BidirectionalWalks::BidirectionalWalks(const Scene& scene, double light_walks)
       margin_(0.5f * PixelFilter::full_width(scene.settings().filter, scene.settings().filter_width)),
       max_vertices_(max_path_vertices(scene.settings().bounces)),
       has_subsurface_(scene.has_subsurface()),
+      any_by_ray_kind_(scene.depends_on_ray_kind()),
       any_limited_(scene.lights().any_limited()) {
   if (has_subsurface_) {
     staying_.resize(size_t(max_vertices_));
@@ -56,14 +57,16 @@ const std::vector<FoundPath>& BidirectionalWalks::sample(Vec2 film, Sampler& sam
     find_beyond_terminator(sampler);
     return found_;
   }
-  if (below == BelowSurfaces::With && eye_[size_t(eye_count_ - 1)].exit < 0) return found_;
-  walk_from_light(sampler);
+  const bool bound = eye_[size_t(eye_count_ - 1)].exit >= 0;
+  if (classes == PathClasses::EyeOnly && !bound && !any_by_ray_kind_) return found_;
+  light_count_ = 0;
+  if (classes != PathClasses::EyeOnly || bound) walk_from_light(sampler);
   for (int i = 0; i < hit_count_; ++i) find_by_hit(i);
   for (int t = 2; t <= eye_count_; ++t)
     if (t + 1 <= max_vertices_) find_by_light_sample(t, sampler);
   for (int t = 2; t <= eye_count_; ++t)
     for (int s = 2; s <= light_count_ && s + t <= max_vertices_; ++s) find_by_connection(s, t);
-  if (light_count_ >= 2 && light_walks_ > 0.0 && below != BelowSurfaces::With) {
+  if (light_count_ >= 2 && light_walks_ > 0.0 && classes != PathClasses::EyeOnly) {
     sampler.set_dimension(kConnectionDimensions);
     make_lens_vertex(scene_, scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f), time_, lens_);
     for (int s = 2; s <= light_count_ && s + 1 <= max_vertices_; ++s) find_by_lens(s);
@@ -99,6 +102,7 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     const uint32_t base = kEyeDimensions + kPerVertex * uint32_t(i);
     sampler.set_dimension(base + kThrough);
     Through through;
+    through.by_kind = follows_ray_kinds() ? RayKindSurfaces::Follow : RayKindSurfaces::End;
     const auto watch = [&](const Ray& stretch, float t_end, bool found, const Through& passed) {
       if (media && !past_limit) [[unlikely]]
         add_glow(beta * passed.transmittance / passed.pass *
@@ -124,9 +128,9 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     if (vertex.kind == VertexKind::Surface) record_seen(next, i, aux);
     if (i == 1) alpha_ = 1.0f - vertex.shading.holdout;
     if (vertex.emits()) meet_emitter(i, next, pdf_direction);
-    if (!vertex.scatters() || i + 1 >= max_vertices_ || (knows_walks_below() && !scatters_at(i, base, sampler))) break;
+    if (!vertex.scatters() || i + 1 >= max_vertices_ || (knows_history() && !scatters_at(i, base, sampler))) break;
     eye_count_ = i + 1;
-    only_specular &= !vertex.excludes_photons();
+    only_specular &= !vertex.excludes_photons() && next.exit < 0;
     if (merging && only_specular && i >= 2 && vertex.stores_photons()) merge(next, i);
 
     sampler.set_dimension(base + kLobe);
@@ -149,7 +153,9 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
       break;
     start = ShadingPoint();
     count_bounce_at(vertex, *sample, start);
-    if (below == BelowSurfaces::With && next.exit < 0 && start.diffuse_depth > 0 && !enters_after_diffuse_) break;
+    if (classes == PathClasses::EyeOnly && next.exit < 0 && start.diffuse_depth > 0 && !enters_after_diffuse_ &&
+        !any_by_ray_kind_)
+      break;
     ray = scene_.spawn_ray(vertex.point, sample->wi);
     pdf_direction = next.scattering.pdf_to_light;
   }
@@ -218,14 +224,16 @@ void BidirectionalWalks::arrive_at(WalkVertex& next, const PathVertex& previous,
   next.fwd = pdf_direction * next.edge.to_light_area() * through.pass * next.edge.stop_light_end;
 }
 
-/// In scenes with subsurface scattering: whether vertex i of the walk from the eye scatters within the limits. If light
-/// enters, the vertex becomes the exit, or the walk stays with the other lobes.
+/// If the walk from the eye knows its history: whether its vertex i scatters within the limits. If light enters, the
+/// vertex becomes the exit, or the walk stays with the other lobes.
 bool BidirectionalWalks::scatters_at(int i, uint32_t base, Sampler& sampler) {
   WalkVertex& at = eye_[size_t(i)];
   const WalkVertex& before = eye_[size_t(i - 1)];
   const BounceLimits& limits = scene_.settings().bounces;
-  at.exit = before.exit;
+  at.exit = at.edge.by_ray_kind || at.vertex.by_ray_kind ? i : before.exit;
+  at.below = i > 1 && before.below;
   at.stays = false;
+  enters_first_ |= i == 1 && at.exit == 1;
   at.collisions = i > 1 ? before.collisions + (before.vertex.kind == VertexKind::Medium) : 0;
   if (past_limits(at.vertex.point, limits) || at.collisions > limits.volume) return false;
   if (!enters(at.vertex, at.vertex.point.diffuse_depth)) return true;
@@ -240,9 +248,9 @@ bool BidirectionalWalks::enters_surface(int i, uint32_t base, Sampler& sampler) 
   const float selection = vertex.shading.bsdf.subsurface_part().selection;
   sampler.set_dimension(base + kBelow);
   const float u = sampler.get_1d(), u_stream = sampler.get_1d();
-  at.stays = below == BelowSurfaces::Without || u >= selection;
+  at.stays = classes == PathClasses::NotEyeOnly || u >= selection;
   if (at.stays) {
-    if (below != BelowSurfaces::Without) at.beta /= 1.0f - selection;
+    if (classes != PathClasses::NotEyeOnly) at.beta /= 1.0f - selection;
     staying_[size_t(i)] = vertex;
     staying_[size_t(i)].shading.bsdf.remove_subsurface(vertex.point.wo);
     return staying_[size_t(i)].scatters();
@@ -255,12 +263,14 @@ bool BidirectionalWalks::enters_surface(int i, uint32_t base, Sampler& sampler) 
   vertex.pass = 0.0f;
   vertex.shading.emission = Color(0.0f);
   at.exit = i;
+  at.below = true;
   return true;
 }
 
-/// Whether a path with this many vertices from the eye does not belong to the paths that are looked for.
-bool BidirectionalWalks::leaves_class(int t) const {
-  return below == BelowSurfaces::With && eye_[size_t(t - 1)].exit < 0;
+/// Whether a path with this many vertices from the eye, and this edge between them and the others, does not belong to
+/// the paths that are looked for.
+bool BidirectionalWalks::leaves_class(int t, const PathEdge& edge) const {
+  return classes == PathClasses::EyeOnly && eye_[size_t(t - 1)].exit < 0 && !edge.by_ray_kind;
 }
 
 Color BidirectionalWalks::sample_glow(Vec2 film, Sampler& sampler) {
@@ -272,6 +282,7 @@ const PathVertex* BidirectionalWalks::find_merging_vertex(Vec2 film, Sampler& sa
   walk_from_eye(film, sampler, nullptr);
   for (int i = 1; i < eye_count_; ++i) {
     const PathVertex& vertex = eye_[size_t(i)].vertex;
+    if (eye_[size_t(i)].exit >= 0) return nullptr;
     if (i >= 2 && vertex.stores_photons()) return &vertex;
     if (!vertex.specular) return nullptr;
   }

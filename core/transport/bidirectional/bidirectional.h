@@ -13,6 +13,11 @@
 // are those that connect it at the exit or later. The density of the part before is common to all of them and cancels in
 // the weights. The walk from the eye samples the lobes that the path tracer would sample; the weights use the densities
 // of all lobes, which depend only on the vertices. Other paths have the factor of eye_history.h.
+//
+// Surfaces that depend on the kind of the ray (shading/ray_kind_surfaces.h): only the walk from the eye knows it. Walks
+// from lights end there, connections do not pass them, and the walk from the eye continues as after an exit. On the last
+// edge to a light, shadow rays pass them in one way and rays that hit the light in another. Both count with the weights
+// of path tracing, which defines this light.
 #pragma once
 
 #include <optional>
@@ -32,12 +37,13 @@ struct FoundPath {
   int hit = -1;  ///< for s = 0: index of the light that was hit
 };
 
-/// Which paths are found in scenes with subsurface scattering.
-enum class BelowSurfaces : uint8_t {
-  Both,     ///< paths with walks below surfaces and paths without
-  Without,  ///< those of a PathSpace
-  With,     ///< the others
-  Diffuse   ///< no light enters: the lobes are diffuse reflection, for photons
+/// Which paths are found. Paths with walks below surfaces, or by surfaces that depend on the kind of the ray, are found
+/// only by walks from the eye up to the last such place.
+enum class PathClasses : uint8_t {
+  All,
+  NotEyeOnly,  ///< those of a PathSpace
+  EyeOnly,     ///< the others
+  Diffuse      ///< as NotEyeOnly, but no light enters surfaces: the lobes are diffuse reflection, for photons
 };
 
 /// The light that light sampling finds, by the sides of the shadow terminator (shadow_terminator.h).
@@ -106,11 +112,13 @@ class BidirectionalWalks {
   std::optional<float> pass_time;
   /// Paths by light beyond the terminator are not paths of a PathSpace.
   SampledLights sampled = SampledLights::BeforeTerminator;
-  BelowSurfaces below = BelowSurfaces::Both;
+  PathClasses classes = PathClasses::All;
   /// The point on the lens, if it is given.
   std::optional<Vec2> lens_point;
-  /// Whether the first surface that the last walk from the eye met can be entered.
+  /// Whether all paths of the last walk from the eye belong to EyeOnly if it enters the first surface that it met.
   bool enters_first() const { return enters_first_; }
+  /// Whether a path of the last sample has walks below surfaces.
+  bool is_below(const FoundPath& path) const { return path.t >= 2 && eye_[size_t(path.t - 1)].below; }
 
   /// For tests: return only the strategy with this many light vertices (-1: all). Its weight is the one among all
   /// strategies.
@@ -126,8 +134,9 @@ class BidirectionalWalks {
     Color beta{0.0f};       ///< f / p up to this vertex, without its own scattering
     float fwd = 0.0f;       ///< density with which this walk finds the vertex
     float rev = 0.0f;       ///< density with which the opposite walk finds it, given the next two vertices of this walk
-    int exit = -1;          ///< of the eye: number of the last vertex up to here where light leaves a surface; -1: none
+    int exit = -1;          ///< of the eye: the last vertex up to here that only this walk finds; -1: none
     int collisions = 0;     ///< of the eye: vertices before it in media
+    bool below = false;     ///< of the eye: light has left a surface up to here
     bool stays = false;     ///< of the eye: light enters some lobes here; the walk continues by the others, `staying_`
   };
   struct LightHit {
@@ -139,7 +148,11 @@ class BidirectionalWalks {
   };
   struct Densities;
 
-  bool knows_walks_below() const { return has_subsurface_ && below != BelowSurfaces::Diffuse; }
+  bool follows_ray_kinds() const {
+    return any_by_ray_kind_ && (classes == PathClasses::All || classes == PathClasses::EyeOnly);
+  }
+  /// Whether the walk from the eye has chosen one history of lobes, by which bounces are counted.
+  bool knows_history() const { return (has_subsurface_ && classes != PathClasses::Diffuse) || follows_ray_kinds(); }
   void walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* aux);
   void find_beyond_terminator(Sampler& sampler);
   static void arrive_at(WalkVertex& next, const PathVertex& previous, const Through& through, Color beta,
@@ -156,7 +169,7 @@ class BidirectionalWalks {
   }
   bool scatters_at(int i, uint32_t base, Sampler& sampler);
   bool enters_surface(int i, uint32_t base, Sampler& sampler);
-  bool leaves_class(int t) const;
+  bool leaves_class(int t, const PathEdge& edge) const;
   void walk_from_light(Sampler& sampler);
   std::optional<BsdfSample> sample_bounce(const PathVertex& vertex, TransportMode mode, Sampler& sampler) const;
   void meet_lamp(int t, const LightMet& met, Vec3 direction, const Through& before, Color beta, float pdf_direction);
@@ -191,7 +204,7 @@ class BidirectionalWalks {
   double light_walks_;
   float margin_;  ///< around the film: half the width of the pixel filter
   int max_vertices_;
-  bool has_subsurface_, enters_after_diffuse_ = false, any_limited_;  ///< of the scene
+  bool has_subsurface_, enters_after_diffuse_ = false, any_by_ray_kind_, any_limited_;  ///< of the scene
   std::vector<WalkVertex> eye_, light_;
   std::vector<PathVertex> staying_;  ///< of the eye; index: that of the vertex
   int eye_count_ = 0, light_count_ = 0;

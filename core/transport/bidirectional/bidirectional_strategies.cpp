@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sampling/power_heuristic.h"
 #include "transport/bidirectional/bidirectional.h"
 #include "transport/paths/eye_history.h"
 #include "transport/paths/light_walk_guide.h"
@@ -97,7 +98,7 @@ Color BidirectionalWalks::history_factor(int s, int t, const PathEdge& edge) con
 }
 
 Color BidirectionalWalks::with_history(float weight, int s, int t, const PathEdge& edge) const {
-  if (knows_walks_below()) [[unlikely]]
+  if (knows_history()) [[unlikely]]
     return weight * history_factor(s, t, edge);
   return Color(weight * limits_factor(s, t, edge));
 }
@@ -113,7 +114,7 @@ void BidirectionalWalks::found(const FoundPath& path, const PathEdge& edge) {
 }
 
 bool BidirectionalWalks::leaves_out(int t, bool joined) const {
-  if (!leaves_unconnectable) return false;
+  if (!leaves_unconnectable || eye_[size_t(t - 1)].exit >= 0) return false;
   for (int k = 1; k < t; ++k)
     if (eye_[size_t(k)].vertex.excludes_photons()) return false;
   const auto specular = [&](int k) { return eye_[size_t(k)].vertex.specular && !(joined && k == t - 1); };
@@ -129,8 +130,8 @@ void BidirectionalWalks::find_by_hit(int index) {
   const LightHit& hit = hits_[size_t(index)];
   if (only_strategy > 0) return;
   const int t = hit.t;
-  if (leaves_class(t)) return;
-  if (leaves_out(t, false) && sends_photons(scene_, hit.light)) return;
+  if (leaves_class(t, hit.edge)) return;
+  if (!hit.edge.by_ray_kind && leaves_out(t, false) && sends_photons(scene_, hit.light)) return;
   const WalkVertex& end = eye_[size_t(t - 1)];
   Densities d;
   d.count = t + 1;
@@ -149,7 +150,7 @@ void BidirectionalWalks::find_by_hit(int index) {
       if (j >= 2) d.from_light[j] = k == 0 ? 0.0 : double(eye_[size_t(k)].rev);
       d.joinable[j] = k == 0 || !eye_[size_t(k)].vertex.specular;
     }
-    weight = is_limited(hit.light, t - 2)
+    weight = hit.edge.by_ray_kind || is_limited(hit.light, t - 2)
                  ? double(weight_past_bounces(light, end.vertex, hit.edge, end.scattering.pdf_to_light))
                  : d.weight(0, light_walks_);
     // Walks from the eye must not hit lights whose multiple importance sampling is off. The other strategies count such
@@ -163,13 +164,14 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   const WalkVertex& end = eye_[size_t(t - 1)];
   const PathVertex& b = end.vertex;
   if (!b.connectable()) return;
-  if ((only_strategy >= 0 && only_strategy != 1) || leaves_class(t)) return;
+  if ((only_strategy >= 0 && only_strategy != 1) || (!any_by_ray_kind_ && leaves_class(t, {}))) return;
   sampler.set_dimension(kConnectionDimensions + 4 * uint32_t(t));
   const Vec3 u = sampler.get_3d();
   PathVertex& light = sampled_lights_[size_t(t)];
   if (!sample_light(scene_, b, u.z, Vec2(u), light)) return;
   if (is_limited(light, t - 2)) return;
-  if (leaves_out(t, true) && sends_photons(scene_, light)) return;
+  const bool left_out = leaves_out(t, true) && sends_photons(scene_, light);
+  if (left_out && !any_by_ray_kind_) return;
   PathEdge edge = join(light, b);
   if (sampled == SampledLights::BeyondTerminator && !grazes_terminator(b.point, -edge.to_eye)) return;
   const LightEnd light_side = light_end(scene_, light, b, edge, guide);
@@ -179,8 +181,12 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   if (end.stays) at_b.f = scattering.shading.bsdf.evaluate(b.point.wo, -edge.to_eye).f_cos;
   at_b.f = visible_part(scene_, light, scattering, b.point.wo, -edge.to_eye, false, at_b.f);
   Color contribution = end.beta * at_b.f * light_side.radiance * (edge.to_light_area() / light_side.pdf_sampled);
-  if (is_black(contribution) || !look_along({scene_, media}, light, b, edge, rays_)) {
-    if (sampled == SampledLights::BeforeTerminator) return;
+  // Light beyond the terminator is that which shadow rays do not find.
+  const bool follows = follows_ray_kinds() || sampled == SampledLights::BeyondTerminator;
+  const RayKindSurfaces by_kind = follows ? RayKindSurfaces::Follow : RayKindSurfaces::End;
+  if (is_black(contribution) || !look_along({scene_, media}, light, b, edge, rays_, by_kind)) {
+    edge.by_ray_kind = false;
+    if (sampled == SampledLights::BeforeTerminator || left_out || leaves_class(t, edge)) return;
     contribution = end.beta *
                    light_beyond_terminator({scene_, media}, light, scattering, edge, light_side, at_b.f, rays_) /
                    light_side.pdf_sampled;
@@ -188,7 +194,15 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
     found({1, t, contribution * with_history(1.0f, 1, t, edge), film_}, edge);
     return;
   }
-  if (sampled == SampledLights::BeyondTerminator) return;
+  if (sampled == SampledLights::BeyondTerminator || leaves_class(t, edge)) return;
+  if (edge.by_ray_kind) {  // weighted as by path tracing, which defines this light
+    const bool hit = light_side.can_be_hit && !light_side.partial;
+    const float weight =
+        hit ? power_heuristic(light_side.pdf_sampled, at_b.pdf_to_light * edge.to_light_area()) : 1.0f;
+    found({1, t, contribution * edge.transmittance * with_history(weight, 1, t, edge), film_}, edge);
+    return;
+  }
+  if (left_out) return;
 
   Densities d;
   d.count = t + 1;
@@ -218,7 +232,7 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
   const WalkVertex &from = light_[size_t(s - 1)], &to = eye_[size_t(t - 1)];
   const PathVertex &a = from.vertex, &b = to.vertex;
   if (!a.connectable() || !b.connectable()) return;
-  if ((only_strategy >= 0 && only_strategy != s) || leaves_class(t)) return;
+  if ((only_strategy >= 0 && only_strategy != s) || leaves_class(t, {})) return;
   if (is_limited(light_[0].vertex, s + t - 3)) return;
   PathEdge edge = join(a, b);
   if (!(edge.inverse_square > 0.0f)) return;

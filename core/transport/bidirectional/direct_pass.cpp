@@ -24,7 +24,7 @@ void DirectPass::prepare(const Scene& scene, const PathMedia* media, bool merges
   wanted_ = done_ = 0;
   rays_ = further_rays_ = 0;
   merging_.prepare(scene, media, merges, seed);
-  below_.prepare(scene, seed);
+  eye_only_.prepare(scene, seed);
   beyond_.prepare(scene, seed);
 }
 
@@ -40,7 +40,7 @@ void DirectPass::add(Film& film, const PathSpace& space, int steps, const std::a
     done_ = next;
     if (stop.load(std::memory_order_relaxed)) break;
     further_.learn(done_, rays_, further_rays_);
-    if (below_.active()) below_.learn(done_, double(film.width()) * double(film.height()), rays_ + further_rays_);
+    if (eye_only_.active()) eye_only_.learn(done_, double(film.width()) * double(film.height()), rays_ + further_rays_);
     if (beyond_.active()) beyond_.learn(done_, rays_ + further_rays_);
   }
   done_ = end;
@@ -61,8 +61,8 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
     walk.passes = LightPasses(space.scene, film);
     return walk;
   });
-  tbb::enumerable_thread_specific<LightBelow::Walker> below(
-      [&] { return LightBelow::Walker(below_, space, LightPasses(space.scene, film)); });
+  tbb::enumerable_thread_specific<EyeOnlyLight::Walker> eye_only(
+      [&] { return EyeOnlyLight::Walker(eye_only_, space, LightPasses(space.scene, film)); });
   tbb::enumerable_thread_specific<LightBeyond::Walker> beyond(
       [&] { return LightBeyond::Walker(beyond_, space, LightPasses(space.scene, film)); });
   tbb::parallel_for(
@@ -102,7 +102,7 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
                 rays.own += walk.rays() - before;
               }
               const std::optional<float> time = merging ? std::optional(merging->time()) : std::nullopt;
-              if (below_.active()) sample.radiance += below.local().sample(at, time, sampler, pixel, s, wanted);
+              if (eye_only_.active()) sample.radiance += eye_only.local().sample(at, time, sampler, pixel, s, wanted);
               if (beyond_.active())
                 sample.radiance += beyond.local().sample(at, time, sampler, pixel, s, sample.radiance + sample.merged,
                                                          wanted);
@@ -113,7 +113,7 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
         }
       },
       tbb::simple_partitioner());
-  for (const LightBelow::Walker& walker : below) below_.count(walker);
+  for (const EyeOnlyLight::Walker& walker : eye_only) eye_only_.count(walker);
   for (const LightBeyond::Walker& walker : beyond) beyond_.count(walker);
   counted.combine_each([&](const Rays& rays) { rays_ += rays.own, further_rays_ += rays.further; });
 }

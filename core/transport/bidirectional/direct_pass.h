@@ -1,15 +1,15 @@
 // Direct light of the whole film (direct_paths.h), and light that media emit, for integrators whose chains or populations
-// leave it out. Where there is subsurface scattering, it adds the light by walks below surfaces (light_below.h). Where
-// there are smooth meshes, it adds the light beyond the shadow terminator (light_beyond.h). Where merging is active, it
-// also adds the light of paths that only photons find. Pixels with highlights and reflected lamps smaller than a pixel
-// get further samples (further_samples.h).
+// leave it out. Where there is subsurface scattering, or where surfaces depend on the kind of the ray, it adds the light
+// that only walks from the eye find (eye_only_light.h). Where there are smooth meshes, it adds the light beyond the
+// shadow terminator (light_beyond.h). Where merging is active, it also adds the light of paths that only photons find.
+// Pixels with highlights and reflected lamps smaller than a pixel get further samples (further_samples.h).
 #pragma once
 
 #include <atomic>
 
 #include "film/film.h"
 #include "transport/bidirectional/further_samples.h"
-#include "transport/bidirectional/light_below.h"
+#include "transport/bidirectional/eye_only_light.h"
 #include "transport/bidirectional/light_beyond.h"
 #include "transport/bidirectional/vertex_merging.h"
 #include "transport/paths/path.h"
@@ -28,9 +28,9 @@ class DirectPass {
   /// photon pass.
   void add(Film& film, const PathSpace& space, int steps, const std::atomic<bool>& stop);
   /// Without the rays of merging's photons.
-  uint64_t rays() const { return rays_ + further_rays_ + below_.rays() + beyond_.rays(); }
-  /// The parts that walks below surfaces, and walks for light beyond the terminator, need.
-  uint64_t rays_below() const { return below_.rays(); }
+  uint64_t rays() const { return rays_ + further_rays_ + eye_only_.rays() + beyond_.rays(); }
+  /// The parts of EyeOnlyLight and of LightBeyond.
+  uint64_t eye_only_rays() const { return eye_only_.rays(); }
   uint64_t rays_beyond() const { return beyond_.rays(); }
 
   static constexpr uint32_t kShare = 4;  ///< chain steps in a pixel for each direct sample
@@ -42,7 +42,7 @@ class DirectPass {
   uint64_t rays_ = 0, further_rays_ = 0;
   VertexMerging merging_;
   FurtherSamples further_;
-  LightBelow below_;
+  EyeOnlyLight eye_only_;
   LightBeyond beyond_;
 };
 

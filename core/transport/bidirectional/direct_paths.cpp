@@ -91,6 +91,7 @@ class DirectTracer {
       // After the first bounce that is not specular, only emission counts: there are no collisions.
       const bool last = pdf_to_light_ > 0.0f;
       through.collisions = {last ? Collisions::Kind::None : Collisions::Kind::Sampled};
+      through.by_kind = RayKindSurfaces::Follow;
       if (!find_vertex(PathScene{scene_, media_}, ray, sampler_, vertex_, through, rays_, watch)) break;
       const float stop = vertex_.kind == VertexKind::Medium ? through.end_rate : 1.0f - vertex_.pass;
       if (!(stop > 0.0f)) break;
@@ -101,7 +102,7 @@ class DirectTracer {
       const bool exceeded = vertex_.point.glossy_depth > limits_.glossy ||
                             vertex_.point.transmission_depth > limits_.transmission;
       Bsdf& bsdf = vertex_.shading.bsdf;
-      excludes_photons |= vertex_.excludes_photons();
+      excludes_photons |= vertex_.excludes_photons() || through.by_ray_kind;
       // The light that goes below the surface is found elsewhere.
       if (!last && enters(vertex_, 0)) [[unlikely]]
         bsdf.remove_subsurface(vertex_.point.wo);
@@ -227,7 +228,7 @@ class DirectTracer {
     if (passes_ && i == 1) [[unlikely]]
       first = passes_->scattered_at(vertex_, vertex_.point.wo, -edge.to_eye, false);
     Color direct = beta * scattered.f_cos * end.radiance * edge.to_light_area();
-    if (!is_black(direct) && look_along({scene_, media_}, light_, vertex_, edge, rays_)) {
+    if (!is_black(direct) && look_along({scene_, media_}, light_, vertex_, edge, rays_, RayKindSurfaces::Follow)) {
       if (end.can_be_hit_from(vertex_))
         direct *= power_heuristic(end.pdf_sampled, scattered.pdf_solid_angle * edge.to_light_area());
       add_found(direct * edge.transmittance / end.pdf_sampled, i, first);

@@ -26,7 +26,7 @@ void LightBeyond::prepare(const Scene& scene, uint32_t seed) {
 LightBeyond::Walker::Walker(const LightBeyond& owner, const PathSpace& space, const LightPasses& passes)
     : owner_(owner), scene_(space.scene), walks_(space.scene, 1.0), found_(shown_exposure(space.scene.settings())) {
   walks_.sampled = SampledLights::BeyondTerminator;
-  walks_.below = space.has_subsurface ? BelowSurfaces::Without : BelowSurfaces::Diffuse;
+  walks_.classes = space.has_subsurface ? PathClasses::NotEyeOnly : PathClasses::Diffuse;
   walks_.media = space.media;
   walks_.guide = space.guide;
   walks_.passes = passes;

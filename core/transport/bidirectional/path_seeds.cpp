@@ -6,7 +6,7 @@ BidirectionalWalks walks_over(const PathSpace& space) {
   BidirectionalWalks walks(space.scene, space.film_area());
   walks.leaves_unconnectable = space.without_unconnectable;
   walks.guide = space.guide;
-  walks.below = space.has_subsurface ? BelowSurfaces::Without : BelowSurfaces::Diffuse;
+  walks.classes = space.has_subsurface ? PathClasses::NotEyeOnly : PathClasses::Diffuse;
   walks.media = space.media;
   return walks;
 }

@@ -30,7 +30,7 @@ struct VertexMerging::Workers {
           BidirectionalWalks walks(*owner.scene_, 1.0);
           walks.guide = owner.guide_;
           walks.media = owner.media_;
-          walks.below = BelowSurfaces::Without;
+          walks.classes = PathClasses::NotEyeOnly;
           return walks;
         }) {}
   tbb::enumerable_thread_specific<BidirectionalWalks> walks;
@@ -144,7 +144,7 @@ float VertexMerging::choose_first_radius() const {
   std::vector<float> reaches;
   BidirectionalWalks walks(*scene_, 1.0);
   walks.media = media_;
-  walks.below = BelowSurfaces::Without;
+  walks.classes = PathClasses::NotEyeOnly;
   walks.pass_time = time_;
   Sampler sampler(Sampler::Kind::Independent, hash_combine(seed_, kProbeStream));
   for (int i = 0; i < kProbes * kProbes; ++i) {

@@ -15,6 +15,13 @@
 
 namespace ajar {
 
+/// The part of the light that light sampling adds.
+enum class SampledPart : uint8_t {
+  All,
+  BeyondTerminator,  ///< shadow_terminator.h
+  ByRayKind          ///< past surfaces that depend on the kind of the ray (ray_kind_surfaces.h), and not the part before
+};
+
 struct SampledLight {
   Vec3 wi{0.0f};  ///< direction towards the light
   uint32_t light = 0;
@@ -29,14 +36,18 @@ struct DirectLightContext {
   const GuidedBsdf* guide = nullptr;  ///< if not null, it samples the path's direction together with the BSDF
   SampledLight* sampled = nullptr;    ///< if not null, it receives the sampled light
 
-  /// Evaluates the BSDF. The density is that of the path's own sample, against which light samples are weighted.
+  /// Evaluates the BSDF. The density is that of the path's own sample, against which light samples are weighted. (Light
+  /// past surfaces that depend on the kind of the ray is an exception: its weights define what is found of it, and must
+  /// not depend on a guide.)
   Bsdf::Evaluation evaluate(Vec3 wi) const {
     Bsdf::Evaluation value = bsdf.evaluate(point.wo, wi);
     if (guide) value.pdf_solid_angle = guide->pdf_solid_angle(value.pdf_solid_angle, wi);
     return value;
   }
-  /// Transmittance of a ray to a light.
-  Color transmittance(const Ray& ray) const { return scene.transmittance(ray, scene.settings().bounces.transparent); }
+  /// Transmittance of a ray to a light. `by_ray_kind`: as for Scene::transmittance.
+  Color transmittance(const Ray& ray, bool* by_ray_kind = nullptr) const {
+    return scene.transmittance(ray, scene.settings().bounces.transparent, by_ray_kind);
+  }
   Color beyond(const LightPlace& light, Color f_cos, bool shadows, uint64_t& rays) const {
     return beyond_terminator(scene, point, bsdf, light, f_cos, shadows, rays);
   }
@@ -74,15 +85,18 @@ constexpr uint32_t kDirectDimensions = 3;
 constexpr size_t kFewLights = 64;
 
 /// One sample of one light, weighted against the BSDF's density of the same direction, with light beyond the shadow
-/// terminator. `rays` counts shadow rays. `kOnlyBeyond`: only the light beyond the terminator; methods that sample
-/// light in other ways add it to their estimate.
-template <bool kOnlyBeyond = false, class Context>
+/// terminator. `rays` counts shadow rays. Methods that sample light in other ways add the light beyond the terminator
+/// alone.
+template <SampledPart kPart = SampledPart::All, class Context>
 inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, Vec2 u, uint64_t& rays) {
   const LightSet& lights = c.scene.lights();
   if (!(choice.pmf > 0.0f)) return Color(0.0f);
   const auto sample = lights.sample_li(choice.light, c.point.position, u, c.point.time);
   if (!sample || is_black(sample->radiance)) return Color(0.0f);
   if (c.sampled) *c.sampled = {sample->wi, choice.light};
+  const bool asks = kPart == SampledPart::ByRayKind || (c.guide && c.scene.depends_on_ray_kind());
+  bool by_ray_kind = false;
+  constexpr bool kOnlyBeyond = kPart == SampledPart::BeyondTerminator, kByKind = kPart == SampledPart::ByRayKind;
   if (kOnlyBeyond && !grazes_terminator(c.point, sample->wi)) return Color(0.0f);
   Bsdf::Evaluation scattered = c.evaluate(sample->wi);
   const LightFlags light = lights.flags(choice.light);
@@ -96,34 +110,39 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
     Color through(1.0f);
     if (light.cast_shadow) {
       ++rays;
-      through = c.transmittance(c.scene.spawn_segment(c.point, *sample));
+      through = c.transmittance(c.scene.spawn_segment(c.point, *sample), asks ? &by_ray_kind : nullptr);
+      if (kByKind && !by_ray_kind) return Color(0.0f);
+    } else if (kByKind) {
+      return Color(0.0f);
     }
     if (!is_black(through)) {
       if (kOnlyBeyond) return Color(0.0f);
       Color contribution = scattered.f_cos * arriving * through;
       // The BSDF sample can find the light too: power heuristic [Veach 1997, eq. 9.13].
+      if (c.guide && by_ray_kind) [[unlikely]]
+        scattered.pdf_solid_angle = c.bsdf.evaluate(c.point.wo, sample->wi).pdf_solid_angle;
       if (!sample->delta && light.mis && !light.partial())
         contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, scattered.pdf_solid_angle);
       return contribution;
     }
   }
-  if (!has_soft_terminator(c.point)) return Color(0.0f);
+  if (kByKind || !has_soft_terminator(c.point)) return Color(0.0f);
   return arriving * c.beyond(*sample, scattered.f_cos, light.cast_shadow, rays);
 }
 
-template <bool kOnlyBeyond = false, class Context>
+template <SampledPart kPart = SampledPart::All, class Context>
 inline Color estimate_direct(const Context& c, float u_choice, Vec2 u, uint64_t& rays) {
   const LightSet& lights = c.scene.lights();
-  return estimate_direct<kOnlyBeyond>(
+  return estimate_direct<kPart>(
       c, lights.choose(c.point.position, c.bsdf.receiving_normal(), u_choice, receiver_set(c.point)), u, rays);
 }
-template <bool kOnlyBeyond = false, class Context>
+template <SampledPart kPart = SampledPart::All, class Context>
 inline Color estimate_direct(const Context& c, Sampler& sampler, uint32_t first, uint64_t& rays) {
   const LightSet& lights = c.scene.lights();
   sampler.set_dimension(first);
-  if (lights.size() == 1) return estimate_direct<kOnlyBeyond>(c, 0.0f, sampler.get_2d(), rays);
+  if (lights.size() == 1) return estimate_direct<kPart>(c, 0.0f, sampler.get_2d(), rays);
   const Vec3 u = sampler.get_3d();
-  return estimate_direct<kOnlyBeyond>(c, u.z, Vec2(u), rays);
+  return estimate_direct<kPart>(c, u.z, Vec2(u), rays);
 }
 
 /// The default method: one sample of one light and the path's own BSDF sample, weighted by the power heuristic

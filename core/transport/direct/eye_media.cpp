@@ -26,11 +26,12 @@ EyeMedia::Step EyeMedia::meet(EyeWalk& walk, const Along& how, Color& beta, Ligh
     const MediaRay along{s.stack, ray, walk.found() ? walk.hit.t : kInfinity, point, point.ray_kind};
     MediaEvent& event = s.event = {};
     const bool may_scatter = how.may_scatter && !at_limit(), uniform = s.media.is_uniform(along, event.at, s.counters),
-               lit = !only_emission_ && scene_.lights().can_choose(), thorough = how.thorough && uniform;
+               lit = scattered_ != Scattered::None && scene_.lights().can_choose(), thorough = how.thorough && uniform;
     MediumLight sampled;
+    const SampledPart part = scattered_ == Scattered::ByRayKind ? SampledPart::ByRayKind : SampledPart::All;
     const auto context = [&](const PhaseFunction& phase) {
       return MediumLightContext<State>{scene_, s, ray, point, phase, how.sampler, how.dimension + (thorough ? 2 : 0),
-                                       rays_};
+                                       rays_, part};
     };
     if (thorough && lit && may_scatter && event.at.scatters())
       light.scattered += estimate_direct_along(context(phase()), along.t_end, event.at, beta, sampled);

@@ -45,8 +45,9 @@ class EyeMedia {
 
   bool active() const { return state_.has_value(); }
   State& state() { return *state_; }
-  /// From now on, `pass` adds what media emit and not what they scatter.
-  void count_only_emission() { only_emission_ = true; }
+  /// What `pass` adds besides what media emit: all light that they scatter, or the part ByRayKind, or none.
+  enum class Scattered : uint8_t { All, ByRayKind, None };
+  void count(Scattered part) { scattered_ = part; }
   /// Transmittance to a lamp that the present ray meets.
   Color to_lamp(const EyeWalk& walk, const LightMet& met);
   /// Input of `pass`. `may_scatter`: no bounce limit is reached. The dimensions from `dimension` on are for direct light.
@@ -109,12 +110,26 @@ class EyeMedia {
   uint64_t& rays_;
   std::optional<State> state_;
   int depth_ = 0, bounds_ = 0;
-  bool chose_ = false, only_emission_ = false;
+  bool chose_ = false;
+  Scattered scattered_ = Scattered::All;
   float pdf_ = 0.0f;
   float plain_ = kPlainShareOfPaths;  ///< probability that phase functions alone chose the directions, given these
   uint32_t receiver_set_ = kEveryLight;
   Vec3 place_{0.0f}, chosen_from_{0.0f};
   const GuideTree* guide_ = nullptr;
+};
+
+/// Weight of a light that a walk hits, against sampling it at the last vertex, `origin`.
+struct WalkHitWeight {
+  const Scene& scene;
+  const MisDirectLight& direct;
+  const EyeMedia& media;
+  const EyeWalk& walk;
+  const DirectVertex& origin;
+  float operator()(uint32_t light, Vec3 position, Vec3 normal) const {
+    if (media.chose_direction()) return media.weight_of_hit(walk, light, position, normal);
+    return direct.weight_of_hit(scene, origin, light, walk.ray.direction, position, normal);
+  }
 };
 
 /// What an estimate of direct light needs besides its context.
@@ -139,16 +154,16 @@ template <class DirectLight>
   const Color light = direct_light.estimate(context, call.sampler, call.dimension, call.here, call.aux, call.rays);
   if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
     if (has_soft_terminator(context.point))
-      return light + estimate_direct<true>(context, call.sampler, call.dimension, call.rays);
+      return light + estimate_direct<SampledPart::BeyondTerminator>(context, call.sampler, call.dimension, call.rays);
   }
   return light;
 }
 /// One sample of a chosen light at `hit` (estimate_direct), through media where there are some.
-template <bool kOnlyBeyond = false>
+template <SampledPart kPart = SampledPart::All>
 Color estimate_direct_through(EyeMedia& media, const Hit& hit, const DirectLightContext& context,
                               const LightSet::Choice& choice, Vec2 u, uint64_t& rays) {
-  if (!media.active()) return estimate_direct<kOnlyBeyond>(context, choice, u, rays);
-  return estimate_direct<kOnlyBeyond>(MediaDirectContext<EyeMedia::State>(context, media.state(), hit), choice, u,
+  if (!media.active()) return estimate_direct<kPart>(context, choice, u, rays);
+  return estimate_direct<kPart>(MediaDirectContext<EyeMedia::State>(context, media.state(), hit), choice, u,
                                       rays);
 }
 

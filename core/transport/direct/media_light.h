@@ -24,10 +24,10 @@ struct MediaDirectContext : DirectLightContext {
   MediaDirectContext(const DirectLightContext& context, State& s, const Hit& h)
       : DirectLightContext(context), state(s), hit(h) {}
 
-  Color transmittance(const Ray& ray) const {
+  Color transmittance(const Ray& ray, bool* by_ray_kind = nullptr) const {
     MediaStack stack = state.stack;
     if (glm::dot(ray.direction, point.ng) < 0.0f) state.media.cross(hit, !point.backfacing, stack, state.counters);
-    return state.media.transmittance_to_light(ray, stack, point, state.rng, state.counters);
+    return state.media.transmittance_to_light(ray, stack, point, state.rng, state.counters, by_ray_kind);
   }
   Color beyond(const LightPlace& light, Color f_cos, bool shadows, uint64_t& rays) const {
     Ray ray;
@@ -49,6 +49,7 @@ struct MediumLightContext {
   Sampler& sampler;
   uint32_t first;  ///< dimension of the sampler
   uint64_t& rays;
+  SampledPart part = SampledPart::All;  ///< or ByRayKind
 };
 /// Number of dimensions, starting at `first`, of each estimate.
 constexpr uint32_t kMediumLightDimensions = 6;
@@ -72,7 +73,8 @@ template <class State>
 Color light_scattered(const MediumLightContext<State>& c, const LightSet::Choice& choice, LightFlags light, Vec3 place,
                       Vec2 u) {
   const auto sample = c.scene.lights().sample_li(choice.light, place, u, c.ray.time);
-  if (!sample || is_black(sample->radiance)) return Color(0.0f);
+  const bool by_kind = c.part == SampledPart::ByRayKind;
+  if (!sample || is_black(sample->radiance) || (by_kind && !light.cast_shadow)) return Color(0.0f);
   const float cosine = glm::dot(c.ray.direction, sample->wi);
   Color contribution = c.phase.evaluate(cosine) * sample->radiance / (choice.pmf * sample->pdf_solid_angle);
   if (light.cast_shadow) {
@@ -81,8 +83,10 @@ Color light_scattered(const MediumLightContext<State>& c, const LightSet::Choice
     shadow.origin = place;
     shadow.direction = sample->wi;
     shadow.time = c.ray.time;
+    bool by_ray_kind = false;
     contribution *= c.state.media.transmittance_to_light(end_before(shadow, *sample), c.state.stack, c.path,
-                                                         c.state.rng, c.state.counters);
+                                                         c.state.rng, c.state.counters, by_kind ? &by_ray_kind : nullptr);
+    if (by_kind && !by_ray_kind) return Color(0.0f);
   }
   if (!sample->delta && light.mis && !light.partial())
     contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, c.phase.pdf_solid_angle(cosine));

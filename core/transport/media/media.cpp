@@ -465,7 +465,8 @@ Color Media::transmittance(const MediaRay& along, Pcg32& rng, MediaCounters& cou
 }
 
 Color Media::transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoint& path, Pcg32& rng,
-                                    MediaCounters& counters) const {
+                                    MediaCounters& counters, bool* by_ray_kind) const {
+  if (by_ray_kind) *by_ray_kind = false;
   Color through(1.0f);
   ShadingPoint point;
   const int most = scene_.settings().bounces.transparent;
@@ -475,8 +476,9 @@ Color Media::transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoin
     if (hit.found()) {
       const ShaderProgram& program = scene_.material(hit);
       const bool only_encloses = program.has_volume() && !program.has_surface();
-      if (only_encloses ? ++bounds > kMaxVolumeBounds : !program.may_be_transparent() || crossed++ >= most)
+      if (only_encloses ? ++bounds > kMaxVolumeBounds : !scene_.shadow_rays_pass(hit) || crossed++ >= most)
         return Color(0.0f);
+      if (by_ray_kind && !only_encloses) *by_ray_kind |= scene_.depends_on_ray_kind(hit);
       scene_.shading_point(ray, hit, point);
       point.ray_kind = kRayShadow;
       if (!only_encloses) through *= program.evaluate_transparency(point);

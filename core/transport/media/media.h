@@ -105,9 +105,10 @@ class Media {
                        MediaCounters& counters) const;
   /// The transmittance to the end of the ray. It is an unbiased estimate for media that vary.
   Color transmittance(const MediaRay& along, Pcg32& rng, MediaCounters& counters) const;
-  /// The transmittance to the end of a shadow ray, including that of transparent surfaces.
-  Color transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoint& path, Pcg32& rng,
-                               MediaCounters& counters) const;
+  /// The transmittance to the end of a shadow ray, including that of transparent surfaces. `by_ray_kind`: as for
+  /// Scene::transmittance.
+  Color transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoint& path, Pcg32& rng, MediaCounters& counters,
+                               bool* by_ray_kind = nullptr) const;
 
   /// The receiver set of the object that contains the innermost volume of the stack.
   uint32_t receiver_set(const MediaStack& stack) const;

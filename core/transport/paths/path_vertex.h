@@ -38,6 +38,14 @@ class LightWalkGuide;
 
 enum class VertexKind : uint8_t { Surface, Medium, Light, Lens };
 
+/// What walks and edges do at surfaces that depend on the kind of the ray (shading/ray_kind_surfaces.h). A walk from the
+/// eye knows the kind of its rays, so it can follow them. A walk from a light does not. Shadow rays know it on the edge
+/// between a light and the vertex that sampled it.
+enum class RayKindSurfaces : uint8_t {
+  End,    ///< they block edges, and walks end there; their emission is found
+  Follow  ///< they scatter the ray and let it pass by its kind
+};
+
 /// What a vertex knows of media, in scenes that have some.
 struct VertexMedia {
   bool present = false;
@@ -70,6 +78,7 @@ struct PathVertex {
   bool distant = false;                    ///< a light at infinity, or the lens of an orthographic camera
   bool delta = false;                      ///< a light that no ray can hit
   bool exit = false;                       ///< light leaves the surface here after a walk below it
+  bool by_ray_kind = false;                ///< the surface depends on the kind of the ray
   int light = -1;                          ///< Light: its index. Surface: its index as a light, if it emits
   float pass = 0.0f;                       ///< probability that a walk passes straight through instead of stopping here
   const ShaderProgram* program = nullptr;  ///< of surfaces and emissive triangles
@@ -89,7 +98,7 @@ struct PathVertex {
   }
   /// Paths with such a vertex are never left to photons.
   bool excludes_photons() const {
-    return kind == VertexKind::Surface && (exit || shading.bsdf.has_subsurface() || is_on_sphere());
+    return kind == VertexKind::Surface && (exit || by_ray_kind || shading.bsdf.has_subsurface() || is_on_sphere());
   }
   /// Whether the vertex is on a point of a cloud.
   bool is_on_sphere() const { return point.mesh && point.mesh->points; }
@@ -115,6 +124,7 @@ struct PathEdge {
   float cos_light_end = 1.0f, cos_eye_end = 1.0f;  ///< |ng . direction|; 1 if there is no surface
   float pass = 1.0f;  ///< probability that a walk passes all surfaces on the edge, and its media without a collision
   float surface_pass = 1.0f;  ///< the same of the surfaces alone
+  bool by_ray_kind = false;   ///< there are surfaces on the edge that depend on the kind of the ray
   /// For a walk that arrives at this end: the probability to stop there, of a surface; the density of a collision there
   /// per metre, in a medium.
   float stop_light_end = 1.0f, stop_eye_end = 1.0f;
@@ -223,7 +233,7 @@ bool depends_on_view(const ShaderProgram& program, const ShadingPoint& point, co
 /// Finds the surfaces and media between the two ends and sets transmittance and pass. Returns false if the edge is blocked.
 /// Counts its rays.
 bool look_along(const PathScene& where, const PathVertex& light_end, const PathVertex& eye_end, PathEdge& edge,
-                uint64_t& rays);
+                uint64_t& rays, RayKindSurfaces by_kind = RayKindSurfaces::End);
 /// Light between a light and the vertex that sampled it, where look_along found a blocked edge or `f_cos` is black, but
 /// the light is beyond the shadow terminator (shadow_terminator.h). Returns f |cos| times radiance, transmittance and
 /// the geometry of the edge.

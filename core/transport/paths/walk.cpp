@@ -21,7 +21,7 @@ Vec2 barycentric_of(const Light& triangle, Vec3 p) {
 
 void reset(PathVertex& vertex, VertexKind kind) {
   vertex.kind = kind;
-  vertex.specular = vertex.distant = vertex.delta = vertex.exit = false;
+  vertex.specular = vertex.distant = vertex.delta = vertex.exit = vertex.by_ray_kind = false;
   vertex.light = -1;
   vertex.pass = 0.0f;
   vertex.program = nullptr;
@@ -134,7 +134,8 @@ void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 n
     scene.shading_point(ray, hit, light.point);
     light.point.ray_kind = 0;
     light.shading.emission = light.program->evaluate_emission(light.point);
-    if (light.program->may_be_transparent())
+    // No other ray passes surfaces alike that depend on its kind: their probability is left out of all weights.
+    if (light.program->may_be_transparent() && !scene.depends_on_ray_kind(hit))
       light.pass = pass_probability(*light.program, light.program->evaluate_transparency(light.point));
     return;
   }
@@ -154,9 +155,9 @@ void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 n
 
 void make_light_vertex(const PathVertex& surface, PathVertex& light) {
   light.kind = VertexKind::Light;
-  light.specular = light.distant = light.delta = light.exit = false;
+  light.specular = light.distant = light.delta = light.exit = light.by_ray_kind = false;
   light.light = surface.light;
-  light.pass = surface.pass;
+  light.pass = surface.by_ray_kind ? 0.0f : surface.pass;
   light.program = surface.program;
   light.point = surface.point;
   light.shading.bsdf = Bsdf();

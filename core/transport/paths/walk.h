@@ -21,13 +21,15 @@ struct Collisions {
 
 /// What a walk has passed since its last vertex.
 struct Through {
-  Collisions collisions{};  ///< set by the caller
+  Collisions collisions{};                         ///< set by the caller
+  RayKindSurfaces by_kind = RayKindSurfaces::End;  ///< set by the caller
   Color transmittance{1.0f};
   float pass = 1.0f;          ///< probability to pass all surfaces, and the media without a collision
   float surface_pass = 1.0f;  ///< the same of the surfaces alone
   /// Density of a collision per metre at the start of the walk and at the vertex, if they are in media.
   float start_rate = 0.0f, end_rate = 0.0f;
   int surfaces = 0, stretches = 0, bounds = 0;
+  bool by_ray_kind = false;  ///< surfaces were passed that depend on the kind of the ray
 };
 
 struct NoRayWatcher {
@@ -51,7 +53,7 @@ template <class Watch = NoRayWatcher>
 bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& vertex, Through& through,
                  uint64_t& rays, Watch&& watch = {}) {
   const auto& [scene, media] = where;
-  through = {through.collisions};
+  through = {through.collisions, through.by_kind};
   vertex.point.marks_subsurface = true;
   for (;;) {
     const Hit hit = scene.intersect(ray, vertex.point.ray_kind);
@@ -81,6 +83,11 @@ bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& 
     vertex.specular = vertex.distant = vertex.delta = vertex.exit = false;
     vertex.light = vertex.emits() ? scene.light_of(hit) : -1;
     vertex.pass = 0.0f;
+    vertex.by_ray_kind = scene.depends_on_ray_kind(hit);
+    if (vertex.by_ray_kind && through.by_kind == RayKindSurfaces::End) [[unlikely]] {
+      vertex.shading.bsdf = Bsdf();
+      return true;
+    }
     if (!vertex.program->may_be_transparent()) return true;
     const Color transparency = vertex.shading.bsdf.transparency();
     vertex.pass = pass_probability(*vertex.program, transparency);
@@ -93,6 +100,7 @@ bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& 
     through.transmittance *= transparency;
     through.pass *= vertex.pass;
     through.surface_pass *= vertex.pass;
+    through.by_ray_kind |= vertex.by_ray_kind;
     if (media) [[unlikely]]
       media->cross(hit, !vertex.point.backfacing, vertex.media.stack);
     ray = scene.straight_on(vertex.point, ray, hit.t);
@@ -149,6 +157,7 @@ inline void set_edge(PathEdge& edge, const Through& through, const PathVertex& f
   edge.transmittance = through.transmittance;
   edge.pass = through.pass;
   edge.surface_pass = through.surface_pass;
+  edge.by_ray_kind = through.by_ray_kind;
   const float start = from.kind == VertexKind::Medium ? through.start_rate
                       : towards_light                 ? from.stop_probability_from_light(-edge.to_eye)
                                                       : from.stop_probability(edge.to_eye),

@@ -1,5 +1,6 @@
-// The part of PhotonGatherer (photon_gather.h) that finds light which brings no photons: emission that sends none, and
-// light beyond the shadow terminator (shadow_terminator.h).
+// The part of PhotonGatherer (photon_gather.h) that finds light which brings no photons: emission that sends none, light
+// beyond the shadow terminator (shadow_terminator.h), and all light that comes by way of surfaces that depend on the
+// kind of the ray (ray_kind_surfaces.h). A walk that has met such a surface finds all light from there on.
 #include <algorithm>
 #include <cmath>
 
@@ -15,12 +16,8 @@ constexpr uint32_t kStream = 0x756E6C69U, kBeyondStream = 0x62796E64U;
 }  // namespace
 
 Color PhotonGatherer::light_beyond(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Pcg32& rng) {
-  const LightSet& lights = scene_.lights();
-  if (!has_soft_terminator(point) || lights.empty() || !bsdf.has_non_delta()) return Color(0.0f);
-  const float u_choice = rng.next_float(), ux = rng.next_float();
-  const LightSet::Choice choice = lights.choose(point.position, bsdf.receiving_normal(), u_choice, receiver_set(point));
-  return estimate_direct_through<true>(place.media, place.hit, {scene_, point, bsdf}, choice, {ux, rng.next_float()},
-                                       rays_);
+  if (!has_soft_terminator(point)) return Color(0.0f);
+  return sampled_light<SampledPart::BeyondTerminator>(point, bsdf, place, rng);
 }
 
 Color PhotonGatherer::light_beyond(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, uint32_t number) {
@@ -53,13 +50,22 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
   Color beta = first->f_cos / first->pdf_solid_angle * rays;
   EyeWalk walk(scene_, scene_.spawn_ray(from, first->wi), rays_, from);
   EyeMedia media(scene_, media_, stack_towards(from, place, first->wi), rng.next(), rays_);
-  media.count_only_emission();
+  const bool by_ray_kind = scene_.depends_on_ray_kind();
+  media.count(by_ray_kind ? EyeMedia::Scattered::ByRayKind : EyeMedia::Scattered::None);
+  if (by_ray_kind) radiance += rays * sampled_light<SampledPart::ByRayKind>(from, rough, place, rng, false);
   ShadingPoint& point = walk.point;
   const SurfaceShading& shading = walk.shading;
+  DirectVertex origin = vertex_of({}, from, rough, *first);
+  const WalkHitWeight weight_of_hit{scene_, direct_, media, walk, origin};
+  bool finds_all = false;
+  const auto add_met = [&](const LightMet& met) {
+    radiance += beta * met.radiance * media.to_lamp(walk, met) * weight_of_hit(met.light, met.position, met.normal);
+  };
   count_bounce(*first, from, point);
   bool at_bounce_limit = past_limits(point, limits);
   while (max_component(beta) > 0.0f) {
     walk.trace();
+    if (finds_all) walk.meet_lamps(add_met);
     if (media.active()) {
       EyeMedia::Light light;
       const EyeMedia::Step step = media.pass(walk, {sampler_, 0, !at_bounce_limit}, beta, light);
@@ -68,16 +74,28 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
       at_bounce_limit = at_bounce_limit || past_limits(point, limits) || media.at_limit();
       if (step == EyeMedia::Step::Traced) continue;
     }
+    if (finds_all && !walk.found()) walk.meet_distant(add_met);
     if (!walk.found()) break;
     walk.arrive();
     walk.shade();
-    if (scene_.light_of(walk.hit) < 0) radiance += beta * shading.emission;
+    if (!is_black(shading.emission) && (finds_all || scene_.light_of(walk.hit) < 0))
+      radiance += beta * shading.emission * walk.emission_weight(weight_of_hit);
+    if (!finds_all && scene_.depends_on_ray_kind(walk.hit)) {
+      finds_all = true;
+      media.count(EyeMedia::Scattered::All);
+    }
     if (at_bounce_limit && is_black(shading.bsdf.transparency())) break;
     if (!at_bounce_limit && shading.bsdf.has_subsurface() && !on_strand_or_point(point) &&
         !walk_below_or_stay(scene_, walk.hit.instance, {rng.next_float(), rng.next()}, point, walk.shading, beta,
                             rays_))
       break;
-    if (!at_bounce_limit) beyond += beta * light_beyond(point, shading.bsdf, {media, walk.hit}, rng);
+    if (!at_bounce_limit && finds_all) {
+      radiance += beta * sampled_light<SampledPart::All>(point, shading.bsdf, {media, walk.hit}, rng);
+    } else if (!at_bounce_limit) {
+      beyond += beta * light_beyond(point, shading.bsdf, {media, walk.hit}, rng);
+      if (by_ray_kind)
+        radiance += beta * sampled_light<SampledPart::ByRayKind>(point, shading.bsdf, {media, walk.hit}, rng);
+    }
     const auto sample = sampled(shading.bsdf, point.wo);
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
     beta *= sample->f_cos / sample->pdf_solid_angle;
@@ -87,6 +105,7 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
       continue;
     }
     if (at_bounce_limit) break;
+    origin = vertex_of({}, point, shading.bsdf, *sample);
     count_bounce(*sample, point, point);
     at_bounce_limit = past_limits(point, limits);
     if (point.ray_depth > kFreeBounces) {

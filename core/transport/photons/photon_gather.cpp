@@ -13,26 +13,9 @@ namespace {
 
 /// Dimensions of the sampler of camera rays: those of the camera, then a fixed number for each vertex.
 constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 12;
+constexpr uint32_t kByKindStream = 0x6B696E64U;
 /// Offsets at a vertex: direct light of the rough and of the sharp lobes, then the choices of the sharp lobes.
 constexpr uint32_t kRoughLight = 0, kSharpLight = 3, kLobe = 6, kRoulette = 9, kSubsurface = 10;
-
-/// Where a ray of this density starts.
-DirectVertex origin_at(const ShadingPoint& point, Vec3 normal, float pdf) {
-  return {point.position, normal, pdf, false, ~0u, receiver_set(point), point.time};
-}
-
-/// Weight of a light that a walk hits, against sampling it at the last vertex.
-struct HitWeight {
-  const Scene& scene;
-  const MisDirectLight& direct;
-  const EyeMedia& media;
-  const EyeWalk& walk;
-  const DirectVertex& origin;
-  float operator()(uint32_t light, Vec3 position, Vec3 normal) const {
-    if (media.chose_direction()) return media.weight_of_hit(walk, light, position, normal);
-    return direct.weight_of_hit(scene, origin, light, walk.ray.direction, position, normal);
-  }
-};
 
 /// The walk goes straight on. False at the limit of transparent surfaces.
 bool pass_through(EyeMedia& media, EyeWalk& walk) {
@@ -54,9 +37,6 @@ BounceCounts bounces_of(const ShadingPoint& point, const EyeMedia& media) {
 
 /// Whether the sharp lobes of a place can be ones from which walks find light that photons do not bring.
 bool may_find_light(const ShadingPoint& point) { return on_strand_or_point(point) || bends_normal(point, point.wo); }
-
-/// Density that competes with light sampling for the light that this sample's ray hits; 0: light sampling cannot find it.
-float hit_pdf(const BsdfSample& sample) { return sample.specular ? 0.0f : sample.pdf_solid_angle; }
 
 }  // namespace
 
@@ -105,7 +85,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
   media.guide(guide_);
   // In a scene with media, all light counts as radiance.
   bool at_bounce_limit = false, specular = !media.active();
-  const HitWeight weight_of_hit{scene_, direct_, media, walk, origin};
+  const WalkHitWeight weight_of_hit{scene_, direct_, media, walk, origin};
   const auto add = [&](Color light, bool of_environment) {
     (specular ? seen : radiance) += light;
     if (!specular && !in_media_) direct_paths_ += light;
@@ -143,8 +123,9 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     if (point.ray_depth == 0) alpha += walk.alpha_of_surface(beta, transparency);
     if (at_bounce_limit && is_black(transparency)) break;
     const uint32_t base = kCameraDimensions + kVertexDimensions * vertex;
+    const bool all_sharp = stores_nothing(walk);
     if (!at_bounce_limit && !below_surface(walk, {sampler_, base + kSubsurface}, beta)) break;
-    const LobeSplit split(shading.bsdf, point.wo, on_strand_or_point(point));
+    const LobeSplit split(shading.bsdf, point.wo, all_sharp);
     if (!at_bounce_limit) radiance += at_seen(point, split, {media, walk.hit}, beta, base);
     if (!split.sharp()) break;
 
@@ -167,7 +148,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
       break;
     specular = specular && sample->specular;
     polished_ |= specular;
-    origin = origin_at(point, split.sharp()->receiving_normal(), hit_pdf(*sample));
+    origin = vertex_of({}, point, *split.sharp(), *sample);
     leave_along(media, walk, sample->wi);
   }
   return radiance;
@@ -233,7 +214,9 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, co
     const Color weight = sample->f_cos / sample->pdf_solid_angle;
     const bool logged = depth == 0 && logs_gather_ray(uint32_t(i));
     const bool logs = logs_;
-    const Incoming arriving = incoming(point, place, *sample, origin_at(point, rough.receiving_normal(), pdf_bsdf),
+    DirectVertex origin = vertex_of({}, point, rough, *sample);
+    origin.bsdf_pdf = pdf_bsdf;
+    const Incoming arriving = incoming(point, place, *sample, origin,
                                        logged ? throughput * weight / float(rays) : Color(0.0f), depth,
                                        {own, base + kGatherDimensions});
     logs_ = logs;
@@ -279,8 +262,19 @@ Color PhotonGatherer::at_rough(const ShadingPoint& point, const Bsdf& rough, con
 
 Color PhotonGatherer::sharp_light(const ShadingPoint& point, const LobeSplit& split, const Place& place, bool all,
                                   Numbers numbers) {
-  return all ? direct_light(point, *split.sharp(), place, numbers.sampler, numbers.dimension)
-             : light_beyond(point, *split.sharp(), place, numbers.dimension);
+  if (all) return direct_light(point, *split.sharp(), place, numbers.sampler, numbers.dimension);
+  Color light = light_beyond(point, *split.sharp(), place, numbers.dimension);
+  if (scene_.depends_on_ray_kind()) [[unlikely]] {
+    Pcg32 rng(hash_combine(hash_combine(pixel_, index_), numbers.dimension + uint32_t(gathered_)), kByKindStream);
+    light += sampled_light<SampledPart::ByRayKind>(point, *split.sharp(), place, rng);
+  }
+  return light;
+}
+
+bool PhotonGatherer::stores_nothing(const EyeWalk& walk) {
+  if (!scene_.depends_on_ray_kind(walk.hit)) return on_strand_or_point(walk.point);
+  logs_ = false;
+  return true;
 }
 
 PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, const Place& place, const BsdfSample& first,
@@ -309,7 +303,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
   const int first_depth = point.ray_depth;
   const Vec3 start = walk.ray.origin;
   const auto emitted = [&]() -> Color& { return point.ray_depth == first_depth ? result.direct : radiance; };
-  const HitWeight weight_of_hit{scene_, direct_, media, walk, origin};
+  const WalkHitWeight weight_of_hit{scene_, direct_, media, walk, origin};
   // Straight: no sharp bounce, after which light is a caustic of the map, unless media, hair or points scatter it.
   bool straight = true, finds_all = false;
   float length = 0.0f;
@@ -344,18 +338,19 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     if (!is_black(shading.emission) && (straight || scene_.light_of(walk.hit) < 0))
       emitted() += beta * shading.emission * walk.emission_weight(weight_of_hit);
     if (at_bounce_limit && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;
+    const bool all_sharp = stores_nothing(walk);
     if (!look_up && !log_ && is_black(shading.bsdf.transparency()) && !finds_all && !may_find_light(point)) break;
     if (!at_bounce_limit && !below_surface(walk, {sampler, base + kSubsurface}, beta)) break;
-    const LobeSplit split(shading.bsdf, point.wo, on_strand_or_point(point));
+    const LobeSplit split(shading.bsdf, point.wo, all_sharp);
     if (split.rough() && !at_bounce_limit && log_) log_gathered(start, point, throughput * beta);
     if (split.rough() && !at_bounce_limit && look_up) {
       const bool near = straight && depth < 2 && length < kNear * maps_.global_radius;
       radiance += beta * at_rough(point, *split.rough(), {media, walk.hit}, near ? depth + 1 : 0, {sampler, base});
     }
     if (!split.sharp()) break;
-    // No photons are stored on hair and points, and the caustic map has no light of bent lobes: direct light is sampled
-    // here, and the ray that goes on finds all other light.
-    finds_all = finds_all || on_strand_or_point(point) || seen_by_bent_lobes(point, *split.sharp(), point.wo);
+    // No photons are stored on hair and points and on surfaces that depend on the kind of the ray, and the caustic map has
+    // no light of bent lobes: direct light is sampled here, and the ray that goes on finds all other light.
+    finds_all = finds_all || all_sharp || seen_by_bent_lobes(point, *split.sharp(), point.wo);
     if (!at_bounce_limit)
       radiance += beta * sharp_light(point, split, {media, walk.hit}, finds_all, {sampler, base + kSharpLight});
     const auto sample = sample_sharp(*split.sharp(), point.wo, {sampler, base + kLobe});
@@ -363,10 +358,11 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     beta *= sample->f_cos / sample->pdf_solid_angle;
     if (sample->flags & kTransparent) {
       if (!(max_component(beta) > 0.0f) || !pass_through(media, walk)) break;
+      straight = straight || scene_.depends_on_ray_kind(walk.hit);
       continue;
     }
     straight = finds_all;
-    if (straight) origin = origin_at(point, split.sharp()->receiving_normal(), hit_pdf(*sample));
+    origin = vertex_of({}, point, *split.sharp(), *sample);
     if (at_bounce_limit || !(look_up || finds_all)) break;
     count_bounce(*sample, point, point);
     at_bounce_limit = past_limits(point, limits);

@@ -9,10 +9,11 @@
 //   L S+ D S* E            caustic map
 //   L (D|S)* D S* D S* E   gather rays through sharp chains to the next rough vertex, and the global map there
 // Where a volume scatters a camera ray, light is sampled and gather rays start, as at a rough surface.
-// Volumes that glow and surfaces that are not among the lights (hair, points) send no photons, and light beyond the
-// shadow terminator (shadow_terminator.h) brings none. Walks find them: along the chains and gather rays above, and beyond
-// by paths that go on from the ends of gather rays: one for each first surface in the mean where anything glows, fewer
-// for light beyond the terminator alone (rare_light.h).
+// Volumes that glow and surfaces that are not among the lights (hair, points) send no photons, light beyond the shadow
+// terminator (shadow_terminator.h) brings none, and photons end at surfaces that depend on the kind of the ray
+// (ray_kind_surfaces.h). Walks find this light: along the chains and gather rays above, and beyond by paths that go on
+// from the ends of gather rays: one for each first surface in the mean, fewer if there is only light beyond the
+// terminator (rare_light.h).
 #pragma once
 
 #include "sampling/sampler.h"
@@ -124,6 +125,9 @@ class PhotonGatherer {
   /// `sampled`: null, or it receives the direction of the light.
   Color direct_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
                      uint32_t dimension, SampledLight* sampled = nullptr);
+  /// Whether no photons are stored where the walk is, so that all lobes count as sharp: on hair and points, and on
+  /// surfaces that depend on the kind of the ray. Chains do not know the way past these: it is not logged.
+  bool stores_nothing(const EyeWalk& walk);
   /// Adds light of a camera ray to its passes: after `bounces` scattering events of which the first has been noted; of
   /// media after `bounces` events, which scatter it once or emit it; scattered from `wi` at `point`.
   void add_to_passes(Color light, int bounces, bool of_environment = false);
@@ -132,6 +136,19 @@ class PhotonGatherer {
   /// Direct light from lights that only some kinds of lobes see, which is in no map.
   Color partial_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
                       uint32_t dimension);
+  /// A part of the direct light that is in no map. `all_kinds`: false leaves out lights that only some kinds of lobes see.
+  template <SampledPart kPart>
+  Color sampled_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Pcg32& rng,
+                      bool all_kinds = true) {
+    const LightSet& lights = scene_.lights();
+    if (log_only_ || lights.empty() || !bsdf.has_non_delta()) return Color(0.0f);
+    const float u_choice = rng.next_float(), ux = rng.next_float();
+    const LightSet::Choice choice = lights.choose(point.position, bsdf.receiving_normal(), u_choice,
+                                                  receiver_set(point));
+    const Vec2 u(ux, rng.next_float());
+    if (!all_kinds && choice.pmf > 0.0f && lights.flags(choice.light).partial()) return Color(0.0f);
+    return estimate_direct_through<kPart>(place.media, place.hit, {scene_, point, bsdf}, choice, u, rays_);
+  }
   /// Direct light beyond the shadow terminator, which is in no map.
   Color light_beyond(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Pcg32& rng);
   /// The same, looked for with the probability of the settings. `number`: of the vertex.

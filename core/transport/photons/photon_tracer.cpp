@@ -163,10 +163,12 @@ class BlockTracer {
       // What does not block the light of this source is lit by it, and so is what is behind.
       const bool blocks = bounces.counts.total > 0 ||
                           (flags_.cast_shadow && (scene_.instances()[hit.instance].visibility & flags_.blockers));
+      const bool by_ray_kind = scene_.depends_on_ray_kind(hit);
+      if (by_ray_kind && blocks) return;  // ray_kind_surfaces.h
       if (!blocks) [[unlikely]] {
-        flux *= 2.0f;
+        if (!by_ray_kind) flux *= 2.0f;
         sampler_.set_dimension(kChanceDimension + vertex);
-        if (sampler_.get_1d() < 0.5f) {
+        if (by_ray_kind || sampler_.get_1d() < 0.5f) {
           if (media_) media_->cross(hit, !point.backfacing, stack_);
           ray = scene_.straight_on(point, ray, hit.t);
           beyond_other = true;

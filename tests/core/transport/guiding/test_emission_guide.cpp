@@ -5,6 +5,7 @@
 #include "transport/guiding/emission_guide.h"
 #include "transport/hints/emission_training.h"
 #include "transport/hints/followed_hints.h"
+#include "transport/paths/walk.h"
 
 namespace ajar::test_emission_guide {
 
