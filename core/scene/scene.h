@@ -18,6 +18,7 @@
 #include "geometry/geometry.h"
 #include "lights/light_set.h"
 #include "shading/images/texture.h"
+#include "shading/ray_kind_surfaces.h"
 #include "shading/shader_program.h"
 
 namespace ajar {
@@ -129,10 +130,14 @@ class Scene {
   bool has_transparent_shadows() const { return any_transparent_; }
   /// Whether a visible material has a ray portal.
   bool has_portals() const { return any_portal_; }
-  /// Whether a visible surface is another one for other kinds of rays (ray_kind_surfaces.h), and whether this one is.
+  /// Whether a visible surface depends on the kind of the ray, and whether this one does (ray_kind_surfaces.h).
   bool depends_on_ray_kind() const { return any_ray_kind_; }
   bool depends_on_ray_kind(const Hit& hit) const {
-    return any_ray_kind_ && ray_kind_surfaces_[size_t(material_index(hit))];
+    return any_ray_kind_ && ray_kinds_[size_t(material_index(hit))] != RayKinds::None;
+  }
+  /// Whether it depends on more than whether the ray is a shadow ray: only walks from the eye can go by way of it.
+  bool is_eye_only(const Hit& hit) const {
+    return any_ray_kind_ && ray_kinds_[size_t(material_index(hit))] == RayKinds::All;
   }
   /// Whether shadow rays pass the transparent parts of the surface.
   bool shadow_rays_pass(const Hit& hit) const {
@@ -243,7 +248,7 @@ class Scene {
   std::vector<uint32_t> material_table_;
   std::vector<ShaderProgram> programs_, lamp_programs_;
   std::vector<bool> opaque_shadows_;             // of each program: shadow rays do not pass its transparent parts
-  std::vector<bool> ray_kind_surfaces_;          // of each program: see depends_on_ray_kind
+  std::vector<RayKinds> ray_kinds_;              // of each program
   std::vector<uint64_t> material_fingerprints_;  // 0 if the program cannot be taken over by the next scene
   std::vector<Diagnostics> material_diagnostics_;
   std::vector<int> material_pass_indices_;

@@ -381,10 +381,10 @@ void Scene::Builder::compile_shaders() {
     s_.any_transparent_ |= shown_by_[i] >= 0 && s_.programs_[i].may_be_transparent();
   for (size_t i = 0; i < shown_by_.size(); ++i) s_.any_portal_ |= shown_by_[i] >= 0 && s_.programs_[i].has_portal();
   for (size_t i = 0; i < d_.materials.size(); ++i)
-    s_.ray_kind_surfaces_.push_back(shown_by_[i] >= 0 && ajar::depends_on_ray_kind(d_.materials[i]));
-  s_.ray_kind_surfaces_.push_back(false);
-  const auto& by_kind = s_.ray_kind_surfaces_;
-  s_.any_ray_kind_ = std::find(by_kind.begin(), by_kind.end(), true) != by_kind.end();
+    s_.ray_kinds_.push_back(shown_by_[i] >= 0 ? ray_kinds_of(d_.materials[i]) : RayKinds::None);
+  s_.ray_kinds_.push_back(RayKinds::None);
+  s_.any_ray_kind_ = std::any_of(s_.ray_kinds_.begin(), s_.ray_kinds_.end(),
+                                 [](RayKinds kinds) { return kinds != RayKinds::None; });
   s_.statistics_.transparent_shadows = s_.any_transparent_;
   for (size_t i = 0; i < d_.lights.size(); ++i) {
     s_.lamp_programs_.emplace_back();

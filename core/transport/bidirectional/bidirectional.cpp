@@ -60,7 +60,7 @@ const std::vector<FoundPath>& BidirectionalWalks::sample(Vec2 film, Sampler& sam
   const bool bound = eye_[size_t(eye_count_ - 1)].exit >= 0;
   if (classes == PathClasses::EyeOnly && !bound && !any_by_ray_kind_) return found_;
   light_count_ = 0;
-  if (classes != PathClasses::EyeOnly || bound) walk_from_light(sampler);
+  if (classes != PathClasses::EyeOnly || bound || any_by_ray_kind_) walk_from_light(sampler);
   for (int i = 0; i < hit_count_; ++i) find_by_hit(i);
   for (int t = 2; t <= eye_count_; ++t)
     if (t + 1 <= max_vertices_) find_by_light_sample(t, sampler);
@@ -230,7 +230,7 @@ bool BidirectionalWalks::scatters_at(int i, uint32_t base, Sampler& sampler) {
   WalkVertex& at = eye_[size_t(i)];
   const WalkVertex& before = eye_[size_t(i - 1)];
   const BounceLimits& limits = scene_.settings().bounces;
-  at.exit = at.edge.by_ray_kind || at.vertex.by_ray_kind ? i : before.exit;
+  at.exit = at.edge.eye_only || at.vertex.eye_only ? i : before.exit;
   at.below = i > 1 && before.below;
   at.stays = false;
   enters_first_ |= i == 1 && at.exit == 1;
@@ -267,10 +267,12 @@ bool BidirectionalWalks::enters_surface(int i, uint32_t base, Sampler& sampler) 
   return true;
 }
 
-/// Whether a path with this many vertices from the eye, and this edge between them and the others, does not belong to
-/// the paths that are looked for.
-bool BidirectionalWalks::leaves_class(int t, const PathEdge& edge) const {
-  return classes == PathClasses::EyeOnly && eye_[size_t(t - 1)].exit < 0 && !edge.by_ray_kind;
+/// Whether a path with this many vertices from the eye, and this edge next to the light, does not belong to the paths
+/// that are looked for.
+bool BidirectionalWalks::leaves_class(int t, const PathEdge& light_edge) const {
+  if (classes == PathClasses::All) return false;
+  const bool eye_only = eye_[size_t(t - 1)].exit >= 0 || light_edge.by_ray_kind;
+  return eye_only != (classes == PathClasses::EyeOnly);
 }
 
 Color BidirectionalWalks::sample_glow(Vec2 film, Sampler& sampler) {
@@ -361,6 +363,8 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     const uint32_t base = kLightDimensions + kPerVertex * uint32_t(i);
     sampler.set_dimension(base + kThrough);
     Through through;
+    if (i == 1)
+      through.by_kind = follows_ray_kinds() && !for_photons_ ? RayKindSurfaces::AsShadow : RayKindSurfaces::FromLight;
     enter_media({scene_, media}, previous.vertex, ray.direction, next.vertex);
     if (!find_vertex(PathScene{scene_, media}, ray, sampler, next.vertex, through, rays_)) break;
     const PathVertex& vertex = next.vertex;
@@ -377,7 +381,8 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     }
     if (!(next.edge.cos_eye_end > 0.0f)) break;
     next.beta = factor * through.transmittance *
-                (next.edge.cos_light_end / (next.edge.cos_eye_end * through.pass * next.edge.stop_eye_end));
+                (next.edge.cos_light_end /
+                 (next.edge.cos_eye_end * through.pass * through.chance * next.edge.stop_eye_end));
     next.fwd = pdf_direction * next.edge.to_eye_area() * through.pass * next.edge.stop_eye_end;
     if (!vertex.scatters() || !(max_component(glm::abs(next.beta)) > 0.0f)) break;
     light_count_ = i + 1;
@@ -386,6 +391,7 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     const auto sample = sample_bounce(vertex, TransportMode::Importance, sampler);
     if (!sample) break;
     next.vertex.specular = sample->specular;
+    if (next.edge.by_ray_kind && sample->specular) break;  // shadow rays end at other lobes only
     if (for_photons_ && !sample->specular &&
         (vertex.kind == VertexKind::Medium || (i > 1 && !previous.vertex.specular)))
       break;
@@ -403,7 +409,7 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     if (!(max_component(glm::abs(factor)) > 0.0f)) break;
     previous.rev = next.scattering.pdf_to_light * next.edge.to_light_area() *
                    (i == 1 ? next.edge.surface_pass : next.edge.pass) * next.edge.stop_light_end;
-    if (i == 1 && !light_end_.can_be_hit_from(vertex)) previous.rev = 0.0f;
+    if (i == 1 && (next.edge.by_ray_kind || !light_end_.can_be_hit_from(vertex))) previous.rev = 0.0f;
     if (i >= kRouletteAfter && !survives(std::min(1.0f, std::sqrt(std::max(max_component(gained), 1e-4f))), sampler,
                                          base + kRoulette, factor, gained))
       break;

@@ -14,10 +14,10 @@
 // the weights. The walk from the eye samples the lobes that the path tracer would sample; the weights use the densities
 // of all lobes, which depend only on the vertices. Other paths have the factor of eye_history.h.
 //
-// Surfaces that depend on the kind of the ray (shading/ray_kind_surfaces.h): only the walk from the eye knows it. Walks
-// from lights end there, connections do not pass them, and the walk from the eye continues as after an exit. On the last
-// edge to a light, shadow rays pass them in one way and rays that hit the light in another. Both count with the weights
-// of path tracing, which defines this light.
+// Surfaces that depend on the kind of the ray (shading/ray_kind_surfaces.h): walks from lights end at eye-only ones,
+// connections do not pass them, and the walk from the eye continues as after an exit. On the last edge to a light, shadow
+// rays pass such surfaces in one way, which walks from lights take too, and rays that hit the light in another. Both
+// count with the weights of path tracing, which defines this light (weight_past_ray_kinds).
 #pragma once
 
 #include <optional>
@@ -37,8 +37,9 @@ struct FoundPath {
   int hit = -1;  ///< for s = 0: index of the light that was hit
 };
 
-/// Which paths are found. Paths with walks below surfaces, or by surfaces that depend on the kind of the ray, are found
-/// only by walks from the eye up to the last such place.
+/// Which paths are found. Eye-only are paths with walks below surfaces or by eye-only surfaces, which only walks from the
+/// eye find up to the last such place, and paths whose edge to the light passes a surface that depends on the kind of the
+/// ray.
 enum class PathClasses : uint8_t {
   All,
   NotEyeOnly,  ///< those of a PathSpace
@@ -167,9 +168,10 @@ class BidirectionalWalks {
            : path.s == 1 ? sampled_lights_[size_t(path.t)]
                          : light_[0].vertex;
   }
+  float weight_of_first_edge(int s, const Scattering& at_end) const;
   bool scatters_at(int i, uint32_t base, Sampler& sampler);
   bool enters_surface(int i, uint32_t base, Sampler& sampler);
-  bool leaves_class(int t, const PathEdge& edge) const;
+  bool leaves_class(int t, const PathEdge& light_edge) const;
   void walk_from_light(Sampler& sampler);
   std::optional<BsdfSample> sample_bounce(const PathVertex& vertex, TransportMode mode, Sampler& sampler) const;
   void meet_lamp(int t, const LightMet& met, Vec3 direction, const Through& before, Color beta, float pdf_direction);
@@ -197,8 +199,11 @@ class BidirectionalWalks {
   const PathVertex& scattering_end(int t) const {
     return eye_[size_t(t - 1)].stays ? staying_[size_t(t - 1)] : eye_[size_t(t - 1)].vertex;
   }
-  /// Maximum number of vertices from the light of a path with this many vertices from the eye.
-  int last_strategy(int count, int t) const { return count - 1 - std::max(eye_[size_t(t - 1)].exit, 0); }
+  /// Maximum number of vertices from the light of a path with this many vertices from the eye. In the class EyeOnly,
+  /// no light walk is connected to the lens.
+  int last_strategy(int count, int t) const {
+    return count - 1 - std::max(eye_[size_t(t - 1)].exit, classes == PathClasses::EyeOnly ? 1 : 0);
+  }
 
   const Scene& scene_;
   double light_walks_;

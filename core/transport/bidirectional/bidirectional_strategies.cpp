@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sampling/power_heuristic.h"
 #include "transport/bidirectional/bidirectional.h"
 #include "transport/paths/eye_history.h"
 #include "transport/paths/light_walk_guide.h"
@@ -195,14 +194,8 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
     return;
   }
   if (sampled == SampledLights::BeyondTerminator || leaves_class(t, edge)) return;
-  if (edge.by_ray_kind) {  // weighted as by path tracing, which defines this light
-    const bool hit = light_side.can_be_hit && !light_side.partial;
-    const float weight =
-        hit ? power_heuristic(light_side.pdf_sampled, at_b.pdf_to_light * edge.to_light_area()) : 1.0f;
-    found({1, t, contribution * edge.transmittance * with_history(weight, 1, t, edge), film_}, edge);
-    return;
-  }
-  if (left_out) return;
+  if (left_out && !edge.by_ray_kind) return;
+  if (edge.by_ray_kind) contribution *= weight_past_ray_kinds(light_side, edge, at_b.pdf_to_light);
 
   Densities d;
   d.count = t + 1;
@@ -210,7 +203,7 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   d.sampled = light_side.pdf_sampled;
   d.from_light[0] = std::max(light_side.pdf_origin, kNever);
   d.from_light[1] = double(light_side.pdf_direction) * edge.to_eye_area() * edge.pass * edge.stop_eye_end;
-  d.from_eye[0] = light_side.can_be_hit && !light_side.partial
+  d.from_eye[0] = light_side.can_be_hit && !light_side.partial && !edge.by_ray_kind
                       ? double(at_b.pdf_to_light) * edge.to_light_area() * edge.surface_pass * (1.0f - light.pass)
                       : 0.0;
   d.joinable[0] = true;
@@ -228,11 +221,20 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   found({1, t, contribution, film_}, edge);
 }
 
+/// The weight of the first edge of the walk from the light if it passes surfaces that depend on the kind of the ray.
+/// `at_end`: the scattering at its vertex s - 1, which is connected.
+float BidirectionalWalks::weight_of_first_edge(int s, const Scattering& at_end) const {
+  const WalkVertex& first = light_[1];
+  if (!first.edge.by_ray_kind) [[likely]]
+    return 1.0f;
+  return weight_past_ray_kinds(light_end_, first.edge, (s == 2 ? at_end : first.scattering).pdf_to_light);
+}
+
 void BidirectionalWalks::find_by_connection(int s, int t) {
   const WalkVertex &from = light_[size_t(s - 1)], &to = eye_[size_t(t - 1)];
   const PathVertex &a = from.vertex, &b = to.vertex;
   if (!a.connectable() || !b.connectable()) return;
-  if ((only_strategy >= 0 && only_strategy != s) || leaves_class(t, {})) return;
+  if ((only_strategy >= 0 && only_strategy != s) || leaves_class(t, light_[1].edge)) return;
   if (is_limited(light_[0].vertex, s + t - 3)) return;
   PathEdge edge = join(a, b);
   if (!(edge.inverse_square > 0.0f)) return;
@@ -243,6 +245,7 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
   if (s == 2) at_a.f = visible_part(scene_, light_[0].vertex, a, edge.to_eye, a.point.wo, false, at_a.f);
   Color contribution = from.beta * at_a.f * at_b.f * to.beta * edge.to_light_area();
   if (is_black(contribution) || !look_along({scene_, media}, a, b, edge, rays_)) return;
+  contribution *= weight_of_first_edge(s, at_a);
 
   Densities d;
   d.count = s + t;
@@ -254,7 +257,7 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
     if (j < s - 2) d.from_eye[j] = light_[size_t(j)].rev;
   }
   d.from_eye[s - 1] = double(at_b.pdf_to_light) * edge.to_light_area() * edge.pass * edge.stop_light_end;
-  d.from_eye[s - 2] = s == 2 && (!light_end_.can_be_hit || light_end_.partial)
+  d.from_eye[s - 2] = s == 2 && (!light_end_.can_be_hit || light_end_.partial || from.edge.by_ray_kind)
                           ? 0.0
                           : double(at_a.pdf_to_light) * from.edge.to_light_area() *
                                 (s == 2 ? from.edge.surface_pass : from.edge.pass) * from.edge.stop_light_end;
@@ -290,6 +293,7 @@ void BidirectionalWalks::find_by_lens(int s) {
   if (s == 2) at_a.f = visible_part(scene_, light_[0].vertex, a, edge.to_eye, a.point.wo, false, at_a.f);
   Color contribution = from.beta * at_a.f * (edge.to_light_area() * density);
   if (is_black(contribution) || !look_along({scene_, media}, a, lens_, edge, rays_)) return;
+  contribution *= weight_of_first_edge(s, at_a);
 
   Densities d;
   d.count = s + 1;
@@ -301,7 +305,7 @@ void BidirectionalWalks::find_by_lens(int s) {
     if (j < s - 2) d.from_eye[j] = light_[size_t(j)].rev;
   }
   d.from_eye[s - 1] = double(density) * edge.to_light_area() * edge.pass * edge.stop_light_end;
-  d.from_eye[s - 2] = s == 2 && (!light_end_.can_be_hit || light_end_.partial)
+  d.from_eye[s - 2] = s == 2 && (!light_end_.can_be_hit || light_end_.partial || from.edge.by_ray_kind)
                           ? 0.0
                           : double(at_a.pdf_to_light) * from.edge.to_light_area() *
                                 (s == 2 ? from.edge.surface_pass : from.edge.pass) * from.edge.stop_light_end;

@@ -102,7 +102,7 @@ class DirectTracer {
       const bool exceeded = vertex_.point.glossy_depth > limits_.glossy ||
                             vertex_.point.transmission_depth > limits_.transmission;
       Bsdf& bsdf = vertex_.shading.bsdf;
-      excludes_photons |= vertex_.excludes_photons() || through.by_ray_kind;
+      excludes_photons |= vertex_.excludes_photons() || through.eye_only;
       // The light that goes below the surface is found elsewhere.
       if (!last && enters(vertex_, 0)) [[unlikely]]
         bsdf.remove_subsurface(vertex_.point.wo);

@@ -4,6 +4,7 @@
 #include "lights/lamp.h"
 #include "transport/paths/path_vertex.h"
 #include "transport/paths/shadow_terminator.h"
+#include "transport/paths/walk.h"
 
 namespace ajar {
 
@@ -98,22 +99,25 @@ Pcg32 numbers_of(const PathVertex& a, const PathVertex& b) {
   return Pcg32(hash, 0x6c6f6f6bU);
 }
 
-/// The probability with which a walk passes the surface at `hit`, of an edge that shadow rays pass. Surfaces that depend
-/// on the kind of the ray are left out of it: no other ray passes them alike.
-float pass_probability(const Scene& scene, const Hit& hit, Color transparency) {
-  return scene.depends_on_ray_kind(hit) ? 1.0f : pass_probability(scene.material(hit), transparency);
-}
+/// What may lie on an edge.
+struct EdgeRules {
+  RayKindSurfaces by_kind;
+  bool to_light;  ///< one end is the light
 
-/// Whether the ray of an edge may pass the surface at `hit`. Notes in the edge what it passes.
-bool may_pass(const Scene& scene, const Hit& hit, RayKindSurfaces by_kind, PathEdge& edge) {
-  if (!scene.shadow_rays_pass(hit)) return false;
-  if (!scene.depends_on_ray_kind(hit)) return true;
-  edge.by_ray_kind = true;
-  return by_kind == RayKindSurfaces::Follow;
-}
+  /// The kind of the ray that passes the surface at `hit`; 0: the edge is blocked. Notes in the edge what it passes.
+  uint32_t passing(const Scene& scene, const Hit& hit, PathEdge& edge) const {
+    const uint32_t shadow = scene.shadow_rays_pass(hit) ? uint32_t(kRayShadow) : 0u;
+    if (!scene.depends_on_ray_kind(hit)) return shadow;
+    if (by_kind == RayKindSurfaces::Follow) {
+      edge.by_ray_kind = true;
+      return shadow;
+    }
+    return to_light || scene.is_eye_only(hit) || !scene.material(hit).may_be_transparent() ? 0u : kLightWalkKind;
+  }
+};
 
 /// The edge in a scene without media.
-bool look_between_surfaces(const Scene& scene, Ray ray, RayKindSurfaces by_kind, PathEdge& edge, uint64_t& rays) {
+bool look_between_surfaces(const Scene& scene, Ray ray, EdgeRules rules, PathEdge& edge, uint64_t& rays) {
   const int limit = scene.settings().bounces.transparent;
   if (!scene.statistics().transparent_shadows) {
     ++rays;
@@ -123,13 +127,14 @@ bool look_between_surfaces(const Scene& scene, Ray ray, RayKindSurfaces by_kind,
     const Hit hit = scene.intersect(ray, kRayShadow);
     ++rays;
     if (!hit.found()) return true;
-    if (crossed >= limit || !may_pass(scene, hit, by_kind, edge)) return false;
+    const uint32_t kind = crossed < limit ? rules.passing(scene, hit, edge) : 0u;
+    if (kind == 0) return false;
     ShadingPoint point;
     scene.shading_point(ray, hit, point);
-    point.ray_kind = kRayShadow;
+    point.ray_kind = kind;
     const Color transparency = scene.material(hit).evaluate_transparency(point);
     edge.transmittance *= transparency;
-    edge.pass *= pass_probability(scene, hit, transparency);
+    edge.pass *= pass_probability(scene.material(hit), transparency);
     if (!(max_component(edge.transmittance) > 0.0f)) return false;
     const Vec3 end = ray.origin + ray.direction * ray.t_max;
     const float t_max = ray.t_max;
@@ -144,8 +149,8 @@ bool look_between_surfaces(const Scene& scene, Ray ray, RayKindSurfaces by_kind,
 }
 
 /// The edge in a scene with media. Sets the densities of collisions at its ends too.
-bool look_through_media(const Scene& scene, const PathMedia& media, const Look& look, RayKindSurfaces by_kind,
-                        PathEdge& edge, uint64_t& rays) {
+bool look_through_media(const Scene& scene, const PathMedia& media, const Look& look, EdgeRules rules, PathEdge& edge,
+                        uint64_t& rays) {
   const int limit = scene.settings().bounces.transparent;
   Ray ray = look.ray;
   MediaStack stack = stack_towards(scene, media, *look.from, ray.direction);
@@ -165,14 +170,15 @@ bool look_through_media(const Scene& scene, const PathMedia& media, const Look& 
     if (!hit.found()) break;
     const ShaderProgram& program = scene.material(hit);
     const bool only_encloses = program.has_volume() && !program.has_surface();
-    if (only_encloses ? ++bounds > kMaxVolumeBounds : crossed++ >= limit || !may_pass(scene, hit, by_kind, edge))
-      return false;
+    const uint32_t kind = only_encloses || crossed >= limit ? 0u : rules.passing(scene, hit, edge);
+    if (only_encloses ? ++bounds > kMaxVolumeBounds : kind == 0) return false;
+    crossed += !only_encloses;
     ShadingPoint point;
     scene.shading_point(ray, hit, point);
-    point.ray_kind = kRayShadow;
+    point.ray_kind = kind;
     if (!only_encloses) {
       const Color transparency = program.evaluate_transparency(point);
-      const float pass = pass_probability(scene, hit, transparency);
+      const float pass = pass_probability(program, transparency);
       edge.transmittance *= transparency;
       edge.pass *= pass;
       edge.surface_pass *= pass;
@@ -195,11 +201,12 @@ bool look_along(const PathScene& where, const PathVertex& light_end, const PathV
   const auto& [scene, media] = where;
   edge.transmittance = Color(1.0f);
   edge.pass = edge.surface_pass = 1.0f;
-  edge.by_ray_kind = false;
+  edge.by_ray_kind = edge.eye_only = false;
+  const EdgeRules rules{by_kind, light_end.kind == VertexKind::Light};
   Look look;
   if (media) [[unlikely]] {
     if (!look_ray(scene, light_end, eye_end, edge, look)) return false;
-    if (!casts_no_shadow(scene, light_end)) return look_through_media(scene, *media, look, by_kind, edge, rays);
+    if (!casts_no_shadow(scene, light_end)) return look_through_media(scene, *media, look, rules, edge, rays);
     // As if there were nothing in between, but with the densities of collisions.
     const MediaStack stack = stack_towards(scene, *media, *look.from, look.ray.direction);
     Pcg32 rng = numbers_of(*look.from, *look.to);
@@ -209,7 +216,7 @@ bool look_along(const PathScene& where, const PathVertex& light_end, const PathV
   }
   if (casts_no_shadow(scene, light_end)) return true;
   if (!look_ray(scene, light_end, eye_end, edge, look)) return false;
-  if (!look_between_surfaces(scene, look.ray, by_kind, edge, rays)) return false;
+  if (!look_between_surfaces(scene, look.ray, rules, edge, rays)) return false;
   edge.surface_pass = edge.pass;
   return true;
 }

@@ -204,6 +204,11 @@ float weight_past_bounces(const LightEnd& light, const PathVertex& next, const P
   return next.specular ? 1.0f : power_heuristic(pdf_to_light * edge.to_light_area(), light.pdf_sampled);
 }
 
+float weight_past_ray_kinds(const LightEnd& light, const PathEdge& edge, float pdf_to_light) {
+  if (!light.can_be_hit || light.partial) return 1.0f;
+  return power_heuristic(light.pdf_sampled, pdf_to_light * edge.to_light_area());
+}
+
 int light_group_of(const Scene& scene, const PathVertex& light) {
   if (light.light >= 0) return scene.light_group(uint32_t(light.light));
   return light.point.object ? scene.light_group_of(*light.point.object) : -1;

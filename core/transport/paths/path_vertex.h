@@ -38,12 +38,13 @@ class LightWalkGuide;
 
 enum class VertexKind : uint8_t { Surface, Medium, Light, Lens };
 
-/// What walks and edges do at surfaces that depend on the kind of the ray (shading/ray_kind_surfaces.h). A walk from the
-/// eye knows the kind of its rays, so it can follow them. A walk from a light does not. Shadow rays know it on the edge
-/// between a light and the vertex that sampled it.
+/// What walks and edges do at surfaces that depend on the kind of the ray (shading/ray_kind_surfaces.h). At those that
+/// are not eye-only, walks scatter and pass as elsewhere, except on the first edge from a light.
 enum class RayKindSurfaces : uint8_t {
-  End,    ///< they block edges, and walks end there; their emission is found
-  Follow  ///< they scatter the ray and let it pass by its kind
+  End,       ///< eye-only surfaces block edges, and walks end there; their emission is found
+  Follow,    ///< of walks from the eye: they know the kind. Of an edge to a light: it is that of a shadow ray
+  FromLight, ///< as End, and a walk that would pass such a surface ends there
+  AsShadow   ///< as FromLight, but a walk may pass as shadow rays do
 };
 
 /// What a vertex knows of media, in scenes that have some.
@@ -78,7 +79,7 @@ struct PathVertex {
   bool distant = false;                    ///< a light at infinity, or the lens of an orthographic camera
   bool delta = false;                      ///< a light that no ray can hit
   bool exit = false;                       ///< light leaves the surface here after a walk below it
-  bool by_ray_kind = false;                ///< the surface depends on the kind of the ray
+  bool eye_only = false;                   ///< only walks from the eye go by way of the surface
   int light = -1;                          ///< Light: its index. Surface: its index as a light, if it emits
   float pass = 0.0f;                       ///< probability that a walk passes straight through instead of stopping here
   const ShaderProgram* program = nullptr;  ///< of surfaces and emissive triangles
@@ -98,7 +99,7 @@ struct PathVertex {
   }
   /// Paths with such a vertex are never left to photons.
   bool excludes_photons() const {
-    return kind == VertexKind::Surface && (exit || by_ray_kind || shading.bsdf.has_subsurface() || is_on_sphere());
+    return kind == VertexKind::Surface && (exit || eye_only || shading.bsdf.has_subsurface() || is_on_sphere());
   }
   /// Whether the vertex is on a point of a cloud.
   bool is_on_sphere() const { return point.mesh && point.mesh->points; }
@@ -124,7 +125,8 @@ struct PathEdge {
   float cos_light_end = 1.0f, cos_eye_end = 1.0f;  ///< |ng . direction|; 1 if there is no surface
   float pass = 1.0f;  ///< probability that a walk passes all surfaces on the edge, and its media without a collision
   float surface_pass = 1.0f;  ///< the same of the surfaces alone
-  bool by_ray_kind = false;   ///< there are surfaces on the edge that depend on the kind of the ray
+  bool by_ray_kind = false;   ///< there are surfaces on the edge that depend on the kind of the ray ...
+  bool eye_only = false;      ///< ... and such that are eye-only
   /// For a walk that arrives at this end: the probability to stop there, of a surface; the density of a collision there
   /// per metre, in a medium.
   float stop_light_end = 1.0f, stop_eye_end = 1.0f;
@@ -209,6 +211,9 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
 bool is_past_bounces(const Scene& scene, const PathVertex& light, int bounces);
 /// The weight of a hit of such a light. `next` is its neighbour, `pdf_to_light` the density of the direction there.
 float weight_past_bounces(const LightEnd& light, const PathVertex& next, const PathEdge& edge, float pdf_to_light);
+/// The weight of light sampling against hits, for light past surfaces that depend on the kind of the ray: that of path
+/// tracing, which defines this light. Hits past them are other light. `pdf_to_light`: as above.
+float weight_past_ray_kinds(const LightEnd& light, const PathEdge& edge, float pdf_to_light);
 /// Index of the light group of a light (Scene::light_groups); -1: none.
 int light_group_of(const Scene& scene, const PathVertex& light);
 

@@ -21,7 +21,7 @@ Vec2 barycentric_of(const Light& triangle, Vec3 p) {
 
 void reset(PathVertex& vertex, VertexKind kind) {
   vertex.kind = kind;
-  vertex.specular = vertex.distant = vertex.delta = vertex.exit = vertex.by_ray_kind = false;
+  vertex.specular = vertex.distant = vertex.delta = vertex.exit = vertex.eye_only = false;
   vertex.light = -1;
   vertex.pass = 0.0f;
   vertex.program = nullptr;
@@ -92,6 +92,28 @@ Through through_to(const PathMedia& media, const MediaStack& stack, const Ray& r
   return through;
 }
 
+bool passes_as_shadow(const Scene& scene, const Hit& hit, const ShadingPoint& point, Sampler& sampler,
+                      Through& through) {
+  if (!scene.shadow_rays_pass(hit) || through.surfaces >= scene.settings().bounces.transparent) return false;
+  ShadingPoint of_shadow = point;
+  of_shadow.ray_kind = kRayShadow;
+  const ShaderProgram& program = scene.material(hit);
+  const Color transparency = program.evaluate_transparency(of_shadow);
+  const float pass = pass_probability(program, transparency), chance = scene.is_eye_only(hit) ? 1.0f : 0.5f;
+  if (!(pass > 0.0f)) return false;
+  if (sampler.get_1d() >= chance * pass) {
+    through.chance *= 1.0f - chance * pass;
+    return false;
+  }
+  ++through.surfaces;
+  through.transmittance *= transparency;
+  through.pass *= pass;
+  through.surface_pass *= pass;
+  through.chance *= chance;
+  through.by_ray_kind = true;
+  return true;
+}
+
 void make_lens_vertex(const Scene& scene, Vec2 u_lens, float time, PathVertex& lens) {
   const Camera& camera = scene.camera();
   reset(lens, VertexKind::Lens);
@@ -134,8 +156,8 @@ void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 n
     scene.shading_point(ray, hit, light.point);
     light.point.ray_kind = 0;
     light.shading.emission = light.program->evaluate_emission(light.point);
-    // No other ray passes surfaces alike that depend on its kind: their probability is left out of all weights.
-    if (light.program->may_be_transparent() && !scene.depends_on_ray_kind(hit))
+    // No other ray passes eye-only surfaces alike: of those that emit, the probability is left out of the weights.
+    if (light.program->may_be_transparent() && !scene.is_eye_only(hit))
       light.pass = pass_probability(*light.program, light.program->evaluate_transparency(light.point));
     return;
   }
@@ -155,9 +177,9 @@ void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 n
 
 void make_light_vertex(const PathVertex& surface, PathVertex& light) {
   light.kind = VertexKind::Light;
-  light.specular = light.distant = light.delta = light.exit = light.by_ray_kind = false;
+  light.specular = light.distant = light.delta = light.exit = light.eye_only = false;
   light.light = surface.light;
-  light.pass = surface.by_ray_kind ? 0.0f : surface.pass;
+  light.pass = surface.eye_only ? 0.0f : surface.pass;
   light.program = surface.program;
   light.point = surface.point;
   light.shading.bsdf = Bsdf();
@@ -248,14 +270,14 @@ bool find_light_end(const PathScene& where, const PathVertex& from, const Ray& r
   const bool hit = find_vertex(where, ray, sampler, surface, through, rays, watch);
   if (chosen) {
     through = before_light;
-    return true;
+    return !through.by_ray_kind;
   }
   if (hit) {
-    if (!surface.emits()) return false;
+    if (!surface.emits() || through.by_ray_kind) return false;
     make_light_vertex(surface, light);
     return true;
   }
-  if (!escaped) return false;  // the walk passed too many surfaces
+  if (!escaped || before_light.by_ray_kind) return false;  // or the walk passed too many surfaces
   through = before_light;
   int met_count = 0;
   const auto count = [&](const LightMet&) { ++met_count; };

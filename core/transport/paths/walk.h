@@ -29,8 +29,15 @@ struct Through {
   /// Density of a collision per metre at the start of the walk and at the vertex, if they are in media.
   float start_rate = 0.0f, end_rate = 0.0f;
   int surfaces = 0, stretches = 0, bounds = 0;
-  bool by_ray_kind = false;  ///< surfaces were passed that depend on the kind of the ray
+  bool by_ray_kind = false;  ///< surfaces were passed that depend on the kind of the ray ...
+  bool eye_only = false;     ///< ... and such that are eye-only
+  float chance = 1.0f;       ///< probability of the choices of AsShadow that are not in `pass`
 };
+
+/// Whether a walk from a light passes a surface that depends on the kind of the ray as shadow rays do. `point`: there.
+/// If the surface is not eye-only, the walk scatters there at least in half of the cases.
+bool passes_as_shadow(const Scene& scene, const Hit& hit, const ShadingPoint& point, Sampler& sampler,
+                      Through& through);
 
 struct NoRayWatcher {
   void operator()(const Ray&, float, bool, const Through&) const {}
@@ -83,10 +90,18 @@ bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& 
     vertex.specular = vertex.distant = vertex.delta = vertex.exit = false;
     vertex.light = vertex.emits() ? scene.light_of(hit) : -1;
     vertex.pass = 0.0f;
-    vertex.by_ray_kind = scene.depends_on_ray_kind(hit);
-    if (vertex.by_ray_kind && through.by_kind == RayKindSurfaces::End) [[unlikely]] {
-      vertex.shading.bsdf = Bsdf();
-      return true;
+    vertex.eye_only = scene.is_eye_only(hit);
+    const bool by_ray_kind = scene.depends_on_ray_kind(hit);
+    if (by_ray_kind && through.by_kind != RayKindSurfaces::Follow) [[unlikely]] {
+      if (through.by_kind == RayKindSurfaces::AsShadow && passes_as_shadow(scene, hit, vertex.point, sampler, through)) {
+        if (media) media->cross(hit, !vertex.point.backfacing, vertex.media.stack);
+        ray = scene.straight_on(vertex.point, ray, hit.t);
+        continue;
+      }
+      if (vertex.eye_only) {
+        vertex.shading.bsdf = Bsdf();
+        return true;
+      }
     }
     if (!vertex.program->may_be_transparent()) return true;
     const Color transparency = vertex.shading.bsdf.transparency();
@@ -95,12 +110,15 @@ bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& 
       vertex.shading.bsdf.remove_transparency(vertex.point.wo);
       return true;
     }
+    if (by_ray_kind && through.by_kind >= RayKindSurfaces::FromLight) [[unlikely]]
+      return false;
     if (++through.surfaces > scene.settings().bounces.transparent) return false;
     ++vertex.point.transparent_depth;
     through.transmittance *= transparency;
     through.pass *= vertex.pass;
     through.surface_pass *= vertex.pass;
-    through.by_ray_kind |= vertex.by_ray_kind;
+    through.by_ray_kind |= by_ray_kind;
+    through.eye_only |= vertex.eye_only;
     if (media) [[unlikely]]
       media->cross(hit, !vertex.point.backfacing, vertex.media.stack);
     ray = scene.straight_on(vertex.point, ray, hit.t);
@@ -158,6 +176,7 @@ inline void set_edge(PathEdge& edge, const Through& through, const PathVertex& f
   edge.pass = through.pass;
   edge.surface_pass = through.surface_pass;
   edge.by_ray_kind = through.by_ray_kind;
+  edge.eye_only = through.eye_only;
   const float start = from.kind == VertexKind::Medium ? through.start_rate
                       : towards_light                 ? from.stop_probability_from_light(-edge.to_eye)
                                                       : from.stop_probability(edge.to_eye),
@@ -196,7 +215,8 @@ bool sample_light(const Scene& scene, const PathVertex& at, float u_choice, Vec2
 /// A walk from the eye that must end on a light takes one of the lights that its ray meets: each lamp on the way with
 /// this probability, then the surface at the end of the ray or one of the distant lights in its direction.
 constexpr float kLampStop = 0.9f;
-/// On entry, light.point has the kind of the ray. Returns false if the ray meets no light. `through` describes the surfaces before the light.
+/// On entry, light.point has the kind of the ray. Returns false if the ray meets no light, or only past surfaces that
+/// depend on the kind of the ray. `through` describes the surfaces before the light.
 bool find_light_end(const PathScene& where, const PathVertex& from, const Ray& ray, Sampler& sampler, PathVertex& light,
                     Through& through, uint64_t& rays);
 

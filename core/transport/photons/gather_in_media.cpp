@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "math/random.h"
-#include "transport/photons/gather_numbers.h"
 #include "transport/photons/photon_gather.h"
 
 namespace ajar {

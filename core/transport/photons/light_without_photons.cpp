@@ -1,6 +1,6 @@
 // The part of PhotonGatherer (photon_gather.h) that finds light which brings no photons: emission that sends none, light
-// beyond the shadow terminator (shadow_terminator.h), and all light that comes by way of surfaces that depend on the
-// kind of the ray (ray_kind_surfaces.h). A walk that has met such a surface finds all light from there on.
+// beyond the shadow terminator (shadow_terminator.h), and light by way of surfaces that depend on the kind of the ray
+// (ray_kind_surfaces.h). A walk that has met an eye-only surface finds all light from there on.
 #include <algorithm>
 #include <cmath>
 
@@ -12,7 +12,7 @@ namespace ajar {
 
 namespace {
 constexpr int kFreeBounces = 2;  // before roulette
-constexpr uint32_t kStream = 0x756E6C69U, kBeyondStream = 0x62796E64U;
+constexpr uint32_t kStream = 0x756E6C69U, kBeyondStream = 0x62796E64U, kByKindStream = 0x6B696E64U;
 }  // namespace
 
 Color PhotonGatherer::light_beyond(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Pcg32& rng) {
@@ -29,6 +29,12 @@ Color PhotonGatherer::light_beyond(const ShadingPoint& point, const Bsdf& bsdf, 
   const Color light = light_beyond(point, bsdf, place, rng) / probability;
   beyond_.note_found(light, rays_ - before, probability);
   return light;
+}
+
+Color PhotonGatherer::light_past_ray_kinds(const ShadingPoint& point, const Bsdf& rough, const Place& place,
+                                           uint32_t number) {
+  Pcg32 rng(hash_combine(hash_combine(pixel_, index_), number + uint32_t(gathered_)), kByKindStream);
+  return sampled_light<SampledPart::ByRayKind>(point, rough, place, rng, false);
 }
 
 Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf& rough, const Place& place,
@@ -52,12 +58,11 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
   EyeMedia media(scene_, media_, stack_towards(from, place, first->wi), rng.next(), rays_);
   const bool by_ray_kind = scene_.depends_on_ray_kind();
   media.count(by_ray_kind ? EyeMedia::Scattered::ByRayKind : EyeMedia::Scattered::None);
-  if (by_ray_kind) radiance += rays * sampled_light<SampledPart::ByRayKind>(from, rough, place, rng, false);
   ShadingPoint& point = walk.point;
   const SurfaceShading& shading = walk.shading;
   DirectVertex origin = vertex_of({}, from, rough, *first);
   const WalkHitWeight weight_of_hit{scene_, direct_, media, walk, origin};
-  bool finds_all = false;
+  bool finds_all = false, past_ray_kinds = false;
   const auto add_met = [&](const LightMet& met) {
     radiance += beta * met.radiance * media.to_lamp(walk, met) * weight_of_hit(met.light, met.position, met.normal);
   };
@@ -65,7 +70,7 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
   bool at_bounce_limit = past_limits(point, limits);
   while (max_component(beta) > 0.0f) {
     walk.trace();
-    if (finds_all) walk.meet_lamps(add_met);
+    if (finds_all || past_ray_kinds) walk.meet_lamps(add_met);
     if (media.active()) {
       EyeMedia::Light light;
       const EyeMedia::Step step = media.pass(walk, {sampler_, 0, !at_bounce_limit}, beta, light);
@@ -74,13 +79,13 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
       at_bounce_limit = at_bounce_limit || past_limits(point, limits) || media.at_limit();
       if (step == EyeMedia::Step::Traced) continue;
     }
-    if (finds_all && !walk.found()) walk.meet_distant(add_met);
+    if ((finds_all || past_ray_kinds) && !walk.found()) walk.meet_distant(add_met);
     if (!walk.found()) break;
     walk.arrive();
     walk.shade();
-    if (!is_black(shading.emission) && (finds_all || scene_.light_of(walk.hit) < 0))
+    if (!is_black(shading.emission) && (finds_all || past_ray_kinds || scene_.light_of(walk.hit) < 0))
       radiance += beta * shading.emission * walk.emission_weight(weight_of_hit);
-    if (!finds_all && scene_.depends_on_ray_kind(walk.hit)) {
+    if (!finds_all && scene_.is_eye_only(walk.hit)) {
       finds_all = true;
       media.count(EyeMedia::Scattered::All);
     }
@@ -93,19 +98,19 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
       radiance += beta * sampled_light<SampledPart::All>(point, shading.bsdf, {media, walk.hit}, rng);
     } else if (!at_bounce_limit) {
       beyond += beta * light_beyond(point, shading.bsdf, {media, walk.hit}, rng);
-      if (by_ray_kind)
-        radiance += beta * sampled_light<SampledPart::ByRayKind>(point, shading.bsdf, {media, walk.hit}, rng);
     }
     const auto sample = sampled(shading.bsdf, point.wo);
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
     beta *= sample->f_cos / sample->pdf_solid_angle;
     if (sample->flags & kTransparent) {
       media.leave(walk, walk.ray.direction);
+      past_ray_kinds |= scene_.depends_on_ray_kind(walk.hit);
       if (!walk.pass_through()) break;
       continue;
     }
     if (at_bounce_limit) break;
     origin = vertex_of({}, point, shading.bsdf, *sample);
+    past_ray_kinds = false;
     count_bounce(*sample, point, point);
     at_bounce_limit = past_limits(point, limits);
     if (point.ray_depth > kFreeBounces) {

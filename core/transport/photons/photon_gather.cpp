@@ -5,7 +5,6 @@
 
 #include "transport/media/subsurface_walk.h"
 #include "transport/paths/record.h"
-#include "transport/photons/gather_numbers.h"
 
 namespace ajar {
 
@@ -13,7 +12,6 @@ namespace {
 
 /// Dimensions of the sampler of camera rays: those of the camera, then a fixed number for each vertex.
 constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 12;
-constexpr uint32_t kByKindStream = 0x6B696E64U;
 /// Offsets at a vertex: direct light of the rough and of the sharp lobes, then the choices of the sharp lobes.
 constexpr uint32_t kRoughLight = 0, kSharpLight = 3, kLobe = 6, kRoulette = 9, kSubsurface = 10;
 
@@ -254,6 +252,8 @@ Color PhotonGatherer::at_rough(const ShadingPoint& point, const Bsdf& rough, con
   const auto [sampler, dimension] = numbers;
   if (depth > 0) return reflected(point, rough, place, Color(0.0f), 1, depth, {sampler, dimension + kVertexDimensions});
   Color radiance = maps_.has_global ? from_map(point, rough, bounces_of(point, place.media)) : Color(0.0f);
+  if (scene_.depends_on_ray_kind()) [[unlikely]]
+    radiance += light_past_ray_kinds(point, rough, place, dimension);
   if ((settings_.light_without_photons || settings_.beyond_terminator > 0.0f) && !log_only_)
     radiance += light_without_photons(point, rough, place, dimension);
   if (scene_.lights().any_partial()) radiance += partial_light(point, rough, place, sampler, dimension + kRoughLight);
@@ -262,17 +262,12 @@ Color PhotonGatherer::at_rough(const ShadingPoint& point, const Bsdf& rough, con
 
 Color PhotonGatherer::sharp_light(const ShadingPoint& point, const LobeSplit& split, const Place& place, bool all,
                                   Numbers numbers) {
-  if (all) return direct_light(point, *split.sharp(), place, numbers.sampler, numbers.dimension);
-  Color light = light_beyond(point, *split.sharp(), place, numbers.dimension);
-  if (scene_.depends_on_ray_kind()) [[unlikely]] {
-    Pcg32 rng(hash_combine(hash_combine(pixel_, index_), numbers.dimension + uint32_t(gathered_)), kByKindStream);
-    light += sampled_light<SampledPart::ByRayKind>(point, *split.sharp(), place, rng);
-  }
-  return light;
+  return all ? direct_light(point, *split.sharp(), place, numbers.sampler, numbers.dimension)
+             : light_beyond(point, *split.sharp(), place, numbers.dimension);
 }
 
 bool PhotonGatherer::stores_nothing(const EyeWalk& walk) {
-  if (!scene_.depends_on_ray_kind(walk.hit)) return on_strand_or_point(walk.point);
+  if (!scene_.is_eye_only(walk.hit)) return on_strand_or_point(walk.point);
   logs_ = false;
   return true;
 }
@@ -348,8 +343,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
       radiance += beta * at_rough(point, *split.rough(), {media, walk.hit}, near ? depth + 1 : 0, {sampler, base});
     }
     if (!split.sharp()) break;
-    // No photons are stored on hair and points and on surfaces that depend on the kind of the ray, and the caustic map has
-    // no light of bent lobes: direct light is sampled here, and the ray that goes on finds all other light.
+    // No photons are stored on hair, points and eye-only surfaces, and the caustic map has no light of bent lobes: direct light is sampled here, and the ray that goes on finds all other light.
     finds_all = finds_all || all_sharp || seen_by_bent_lobes(point, *split.sharp(), point.wo);
     if (!at_bounce_limit)
       radiance += beta * sharp_light(point, split, {media, walk.hit}, finds_all, {sampler, base + kSharpLight});

@@ -10,10 +10,11 @@
 //   L (D|S)* D S* D S* E   gather rays through sharp chains to the next rough vertex, and the global map there
 // Where a volume scatters a camera ray, light is sampled and gather rays start, as at a rough surface.
 // Volumes that glow and surfaces that are not among the lights (hair, points) send no photons, light beyond the shadow
-// terminator (shadow_terminator.h) brings none, and photons end at surfaces that depend on the kind of the ray
-// (ray_kind_surfaces.h). Walks find this light: along the chains and gather rays above, and beyond by paths that go on
-// from the ends of gather rays: one for each first surface in the mean, fewer if there is only light beyond the
-// terminator (rare_light.h).
+// terminator (shadow_terminator.h) brings none, and photons end at eye-only surfaces (ray_kind_surfaces.h). Walks find
+// this light: along the chains and gather rays above, and beyond by paths that go on from the ends of gather rays: one
+// for each first surface in the mean, fewer if there is only light beyond the terminator (rare_light.h). Past surfaces
+// that depend on the kind of the ray, photons bring what shadow rays see, after its first scattering; lookups sample the
+// direct light, and rays that hit a light past them count.
 #pragma once
 
 #include "sampling/sampler.h"
@@ -49,6 +50,26 @@ struct GatherSettings {
 
   PhotonMap::Lookup caustic_lookup(float radius, const BounceCounts& bounces = {}) const {
     return {neighbours, radius, enough, pixel, bounces};
+  }
+};
+
+/// Dimensions of the direction of a gather ray. A fixed number for each vertex of its chain follows.
+constexpr uint32_t kGatherDimensions = 4;
+/// First dimension of media, with EyeMedia::kDimensions for each ray.
+constexpr uint32_t kMediaDimensions = 12288;
+
+/// The numbers that choose the direction of a gather ray, from four dimensions.
+struct GatherNumbers {
+  float lobe, guide = 0.0f;
+  Vec2 direction;
+  GatherNumbers(Sampler& sampler, uint32_t first, bool guided) {
+    sampler.set_dimension(first);
+    const Vec3 u = sampler.get_3d();
+    lobe = u.z;
+    direction = Vec2(u);
+    if (!guided) return;
+    sampler.set_dimension(first + 3);
+    guide = sampler.get_1d();
   }
 };
 
@@ -125,8 +146,8 @@ class PhotonGatherer {
   /// `sampled`: null, or it receives the direction of the light.
   Color direct_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
                      uint32_t dimension, SampledLight* sampled = nullptr);
-  /// Whether no photons are stored where the walk is, so that all lobes count as sharp: on hair and points, and on
-  /// surfaces that depend on the kind of the ray. Chains do not know the way past these: it is not logged.
+  /// Whether no photons are stored where the walk is, so that all lobes count as sharp: on hair and points, and on eye-only
+  /// surfaces. Chains do not know the way past these: it is not logged.
   bool stores_nothing(const EyeWalk& walk);
   /// Adds light of a camera ray to its passes: after `bounces` scattering events of which the first has been noted; of
   /// media after `bounces` events, which scatter it once or emit it; scattered from `wi` at `point`.
@@ -153,6 +174,8 @@ class PhotonGatherer {
   Color light_beyond(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Pcg32& rng);
   /// The same, looked for with the probability of the settings. `number`: of the vertex.
   Color light_beyond(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, uint32_t number);
+  /// Direct light past surfaces that depend on the kind of the ray, which is in no map. `number`: of the vertex.
+  Color light_past_ray_kinds(const ShadingPoint& point, const Bsdf& rough, const Place& place, uint32_t number);
   static std::optional<BsdfSample> sample_sharp(const Bsdf& sharp, Vec3 wo, Numbers numbers);
   /// At surfaces with subsurface scattering: goes below the surface, or stays. False if the walk is lost.
   bool below_surface(EyeWalk& walk, Numbers numbers, Color& beta);

@@ -92,6 +92,9 @@ class BlockTracer {
       // The volume of the world has no end: light from infinity is lost in it.
       if (distant && media_->fills_world()) return;
     }
+    start_ = *start;
+    light_index_ = light;
+    past_ray_kinds_ = false;
     value_ = 0.0;
     sharp_first_ = false;
     entry_ = start->ray.origin;
@@ -147,7 +150,7 @@ class BlockTracer {
         if (outcome == InMedia::End) return;
         if (outcome == InMedia::Scattered) {
           bounces.add_volume();
-          if (!may_be_global(bounces, limits)) return;
+          if (past_ray_kinds_ || !may_be_global(bounces, limits)) return;
           kind = kRayVolumeScatter;
           continue;
         }
@@ -163,12 +166,20 @@ class BlockTracer {
       // What does not block the light of this source is lit by it, and so is what is behind.
       const bool blocks = bounces.counts.total > 0 ||
                           (flags_.cast_shadow && (scene_.instances()[hit.instance].visibility & flags_.blockers));
-      const bool by_ray_kind = scene_.depends_on_ray_kind(hit);
-      if (by_ray_kind && blocks) return;  // ray_kind_surfaces.h
+      const bool shadowed = blocks && bounces.counts.total == 0 && scene_.depends_on_ray_kind(hit);
+      const bool past = shadowed && passes_as_shadow(hit, point, vertex, flux, crossed);
+      if (past || scene_.is_eye_only(hit)) [[unlikely]] {
+        if (!past && blocks) return;
+        past_ray_kinds_ |= past;
+        beyond_other |= !blocks;
+        if (media_) media_->cross(hit, !point.backfacing, stack_);
+        ray = scene_.straight_on(point, ray, hit.t);
+        continue;
+      }
       if (!blocks) [[unlikely]] {
-        if (!by_ray_kind) flux *= 2.0f;
+        flux *= 2.0f;
         sampler_.set_dimension(kChanceDimension + vertex);
-        if (by_ray_kind || sampler_.get_1d() < 0.5f) {
+        if (sampler_.get_1d() < 0.5f) {
           if (media_) media_->cross(hit, !point.backfacing, stack_);
           ray = scene_.straight_on(point, ray, hit.t);
           beyond_other = true;
@@ -180,19 +191,20 @@ class BlockTracer {
       scene_.material(hit).evaluate_surface(point, shading_);
       const Side side = side_of_sphere(ray, hit, vertex, point, flux);
       const LobeSplit split(shading_.bsdf, point.wo, on_strand_or_point(point));
-      // Lookups would not separate the kinds of lobes that see the light: they sample such a light themselves.
+      // Lookups would not separate the kinds of lobes that see the light: they sample such a light themselves, and light
+      // past surfaces that depend on the kind of the ray.
       const bool separated = flags_.partial() && bounces.counts.total == 0;
       const bool lit = is_lit(point.position, ray.direction) &&
                        (bounces.counts.total > 0 || flags_.lights(receiver_set(point)));
       const Color faded = bounces.counts.total == 0 ? faded_at(point.ray_length) : Color(1.0f);
       flux *= faded;
-      if (split.rough() && !separated && lit) store(point, *split.rough(), flux, bounces, limits, out);
+      if (split.rough() && !separated && lit && !past_ray_kinds_) store(point, *split.rough(), flux, bounces, limits, out);
 
       sampler_.set_dimension(kEmissionDimensions + kBounceDimensions * vertex);
       const auto sample = scatter(scene_.material(hit), point, split, flux);
       if (!sample) return;
       if (sample->flags & kTransparent) {
-        if (!blocks || side == Side::Far) return;  // counted above, or on the near side
+        if (!blocks || shadowed || side == Side::Far) return;  // counted above, by hits of lights, or on the near side
         for (int c = 0; c < 3; ++c) flux[c] = faded[c] != 0.0f ? flux[c] / faded[c] : 0.0f;
         if (++crossed > limits.transparent) return;
         if (media_) media_->cross(hit, !point.backfacing, stack_);
@@ -202,6 +214,11 @@ class BlockTracer {
       if (!lit || goes_inwards(point, side, sample->wi) || (beyond_other && !was_rough_))
         return;  // sharp lobes see lights past nothing (LightFlags::partial)
       beyond_other = false;
+      if (past_ray_kinds_) [[unlikely]] {
+        if (sample->specular) return;  // shadow rays end at other lobes only
+        flux *= weight_past_kinds(scene_.material(hit), point, sample->wi);
+        past_ray_kinds_ = false;
+      }
       if (bounces.counts.total == 0) sharp_first_ = !was_rough_;
       soft_lamp_.reset();
       if (separated && !keep_visible(point, *(was_rough_ ? split.rough() : split.sharp()), *sample, flux)) return;
@@ -211,6 +228,28 @@ class BlockTracer {
       kind = ray_kind_after(*sample);
       ray = leave(point, hit, side, sample->wi);
     }
+  }
+
+  /// Whether the first ray of the photon passes a surface that depends on the kind of the ray, as shadow rays do.
+  bool passes_as_shadow(const Hit& hit, const ShadingPoint& point, uint32_t vertex, Color& flux, int& crossed) {
+    Through through;
+    through.surfaces = crossed;
+    sampler_.set_dimension(kChanceDimension + vertex);
+    const bool passes = ajar::passes_as_shadow(scene_, hit, point, sampler_, through);
+    crossed = through.surfaces;
+    flux *= through.transmittance / (through.pass * through.chance);
+    return passes;
+  }
+  /// weight_past_ray_kinds of the first ray, which ends at `point`, of light that goes on along `to_eye`.
+  float weight_past_kinds(const ShaderProgram& program, const ShadingPoint& point, Vec3 to_eye) {
+    make_light_vertex(scene_, light_index_, start_.ray.origin, start_.normal, start_.ray.direction, point.time, light_);
+    PathVertex place;
+    place.point = turned_towards(point, to_eye);
+    place.program = &program;
+    program.evaluate_surface(place.point, place.shading);
+    const PathEdge edge = join(light_, place);
+    return weight_past_ray_kinds(light_end(scene_, light_, place, edge, nullptr), edge,
+                                 place.shading.bsdf.evaluate(to_eye, point.wo).pdf_solid_angle);
   }
 
   bool may_be_global(const PhotonBounces& bounces, const BounceLimits& limits) const {
@@ -400,6 +439,9 @@ class BlockTracer {
   const PhotonKernels kernels_ = photon_kernels(scene_);
   Sampler sampler_;
   PathVertex light_;
+  LightRay start_;  ///< of the photon, at light `light_index_`
+  uint32_t light_index_ = 0;
+  bool past_ray_kinds_ = false;  ///< its first ray has passed surfaces that depend on the kind of the ray
   SurfaceShading shading_;
   bool was_rough_ = false;
   double value_ = 0.0;  ///< of the photon path
@@ -418,42 +460,6 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
 }
 
 }  // namespace
-
-float time_of_pass(const Scene& scene, uint32_t seed, uint32_t pass) {
-  if (!scene.moves()) return 0.0f;
-  const double u = double(sobol::reverse_bits(pass) ^ hash_combine(seed, 0x74696d65U)) * 0x1p-32;
-  return scene.camera().time_of(std::min(float(u), kOneMinusEpsilon));
-}
-
-uint32_t photons_of_a_pass(double pixels) { return uint32_t(std::clamp(pixels / 2, 20000.0, 500000.0)); }
-
-uint32_t photons_of_a_pass(const RenderSettings& s) {
-  return s.photons > 0 ? uint32_t(s.photons) : photons_of_a_pass(double(s.width) * s.height);
-}
-
-PhotonPlan plan_photons(const Scene& scene) {
-  PhotonPlan plan;
-  bool rough = false, smooth = false;
-  for (const ShaderProgram& program : scene.programs()) {
-    rough |= program.may_be_rough(kSharpRoughness);
-    smooth |= program.may_be_smooth(kSharpRoughness);
-    plan.rough_glossy |= program.may_be_rough_glossy(kSharpRoughness);
-  }
-  const BounceLimits& limits = scene.settings().bounces;
-  if (scene.lights().empty()) {
-    plan.global_reason = plan.caustic_reason = "nothing emits light";
-  } else if (scene.instances().empty() || !rough) {
-    plan.global_reason = plan.caustic_reason = "no surface is rough enough to hold photons";
-  } else {
-    plan.global = limits.total > 0 && (limits.diffuse > 0 || plan.rough_glossy);
-    plan.global_reason = plan.global ? "light may arrive from rough surfaces"
-                                     : "the bounce limits allow direct light only";
-    plan.caustic = smooth && limits.total > 0;
-    plan.caustic_reason = plan.caustic ? "a surface may be smooth enough to focus light"
-                                       : "no surface is smooth enough to focus light";
-  }
-  return plan;
-}
 
 PhotonBatch trace_photons(const Scene& scene, const PathMedia* media, const PhotonEmission& emission,
                           const std::atomic<bool>& stop) {

@@ -7,7 +7,9 @@
 // Rays that leave lights see what shadow rays see. Rays that leave surfaces have the kind of their scattering. Surfaces
 // are evaluated as rays after a diffuse bounce see them, because a gather ray or a caustic lookup sees them in this
 // way. Blender's caustics switches therefore apply. Nothing blocks the light of a lamp that casts no shadow, as long as
-// nothing has scattered it.
+// nothing has scattered it. Surfaces that depend on the kind of the ray (shading/ray_kind_surfaces.h) let the rays that
+// leave lights pass as shadow rays, and photons end at them otherwise. Behind them, a photon is first stored where the
+// light arrives after its first scattering: lookups sample the direct light.
 #pragma once
 
 #include <atomic>

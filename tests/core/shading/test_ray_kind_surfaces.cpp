@@ -47,29 +47,29 @@ TEST(RayKindSurfaces, scattering_that_follows_the_light_path_is_found_and_emissi
   };
   struct Case {
     const char* what;
-    bool found;
+    RayKinds kinds;
     MaterialDescription material;
   };
   using B = GraphBuilder&;
   const Case cases[] = {
-      {"a pane that casts no shadow", true, material(pane)},
-      {"a lamp that the camera does not see", true,
+      {"a pane that casts no shadow", RayKinds::Shadow, material(pane)},
+      {"a lamp that the camera does not see", RayKinds::All,
        material([&](B b, int p) { return mix(b, p, "ShaderNodeEmission", "ShaderNodeBsdfTransparent"); })},
-      {"roughness by depth", true, material([&](B b, int p) { return principled(b, p, "Roughness"); })},
-      {"strength of emission", false, material([&](B b, int p) { return principled(b, p, "Emission Strength"); })},
-      {"two emissions", false,
+      {"roughness by depth", RayKinds::All, material([&](B b, int p) { return principled(b, p, "Roughness"); })},
+      {"strength of emission", RayKinds::None, material([&](B b, int p) { return principled(b, p, "Emission Strength"); })},
+      {"two emissions", RayKinds::None,
        material([&](B b, int p) { return mix(b, p, "ShaderNodeEmission", "ShaderNodeEmission"); })},
-      {"emission beside a surface", false, material([&](B b, int p) {
+      {"emission beside a surface", RayKinds::None, material([&](B b, int p) {
          const int diffuse = b.node("ShaderNodeBsdfDiffuse", {}),
                    emission = b.node("ShaderNodeEmission", {linked_input("Strength", p, "Is Camera Ray")});
          return NodeLink{b.node("ShaderNodeAddShader", {shader("Shader", diffuse), shader("Shader_001", emission)}),
                          "Shader"};
        })},
-      {"a node that is not used", false, material([](B b, int) {
+      {"a node that is not used", RayKinds::None, material([](B b, int) {
          return NodeLink{b.node("ShaderNodeBsdfDiffuse", {}), "BSDF"};
        })},
-      {"no surface", false, material([](B, int) { return NodeLink{}; })}};
-  for (const Case& c : cases) EXPECT_EQ(depends_on_ray_kind(c.material), c.found) << c.what;
+      {"no surface", RayKinds::None, material([](B, int) { return NodeLink{}; })}};
+  for (const Case& c : cases) EXPECT_EQ(ray_kinds_of(c.material), c.kinds) << c.what;
 }
 
 TEST(RayKindSurfaces, transparent_parts_that_cast_shadows_are_found) {
@@ -80,9 +80,9 @@ TEST(RayKindSurfaces, transparent_parts_that_cast_shadows_are_found) {
     m.transparent_shadow = !casts;
     return m;
   };
-  EXPECT_TRUE(depends_on_ray_kind(made(0.5f, true)));
-  EXPECT_FALSE(depends_on_ray_kind(made(0.5f, false)));
-  EXPECT_FALSE(depends_on_ray_kind(made(1.0f, true)));
+  EXPECT_EQ(ray_kinds_of(made(0.5f, true)), RayKinds::Shadow);
+  EXPECT_EQ(ray_kinds_of(made(0.5f, false)), RayKinds::None);
+  EXPECT_EQ(ray_kinds_of(made(1.0f, true)), RayKinds::None);
 }
 
 TEST(RayKindSurfaces, a_graph_with_a_cycle_is_searched_once) {
@@ -92,7 +92,7 @@ TEST(RayKindSurfaces, a_graph_with_a_cycle_is_searched_once) {
   b.graph.surface = {mix, "Shader"};
   MaterialDescription m;
   m.graph = b.graph;
-  EXPECT_FALSE(depends_on_ray_kind(m));
+  EXPECT_EQ(ray_kinds_of(m), RayKinds::None);
 }
 
 TEST(RayKindSurfaces, a_very_long_chain_of_nodes_ends_the_search) {
@@ -103,8 +103,8 @@ TEST(RayKindSurfaces, a_very_long_chain_of_nodes_ends_the_search) {
       return NodeLink{b.node("ShaderNodeBsdfDiffuse", {linked_input("Roughness", last, "Value")}), "BSDF"};
     });
   };
-  EXPECT_FALSE(depends_on_ray_kind(chain(1000)));
-  EXPECT_TRUE(depends_on_ray_kind(chain(1000000))) << "as if it were one: no stack is long enough";
+  EXPECT_EQ(ray_kinds_of(chain(1000)), RayKinds::None);
+  EXPECT_EQ(ray_kinds_of(chain(1000000)), RayKinds::All) << "as if it were one: no stack is long enough";
 }
 
 /// A surface that is `one` for the rays for which this output of the Light Path node is 0, and `two` for the others.
@@ -151,6 +151,14 @@ std::vector<TransportScene> scenes() {
   // A shade that lets a part of all rays pass, and more of the shadow rays.
   add("lamp_in_a_shade", [&](SceneDescription& d) {
     add_object(d, cube(), add_mix(d, "Is Shadow Ray", closure("ShaderNodeBsdfTranslucent", Color(0.9f, 0.8f, 0.6f)),
+                                  closure("ShaderNodeBsdfTransparent", Color(0.5f))),
+               moved(Vec3(0.0f, 0.1f, 0.5f), 0.25f));
+    d.lights.push_back(area_lamp(Vec3(0.0f, 0.1f, 0.5f), Vec3(0, 0, -1), 0.2f, 4.0f));
+    d.lights.push_back(area_lamp(Vec3(0.7f, -0.5f, 0.9f), Vec3(0, 0, -1), 0.1f, 4.0f));
+  });
+  // The same for diffuse rays too: only walks from the eye go by way of it.
+  add("lamp_in_an_eye_only_shade", [&](SceneDescription& d) {
+    add_object(d, cube(), add_mix(d, "Is Diffuse Ray", closure("ShaderNodeBsdfTranslucent", Color(0.9f, 0.8f, 0.6f)),
                                   closure("ShaderNodeBsdfTransparent", Color(0.5f))),
                moved(Vec3(0.0f, 0.1f, 0.5f), 0.25f));
     d.lights.push_back(area_lamp(Vec3(0.0f, 0.1f, 0.5f), Vec3(0, 0, -1), 0.2f, 4.0f));

@@ -57,6 +57,7 @@ inline bool grow(const PathSpace& space, const Ray& ray, Growth growth, Path& pa
   enter_media(where, from, ray.direction, vertex);
   Through through;
   through.collisions = growth.collisions;
+  if (growth.direction == Growth::ToEye && index == 1) through.by_kind = RayKindSurfaces::FromLight;
   if (!find_vertex(where, ray, sampler, vertex, through, rays)) return false;
   PathEdge& edge = path.edges[size_t(towards_light ? index : index - 1)];
   edge = towards_light ? join(vertex, from) : join(from, vertex);
