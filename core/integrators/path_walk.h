@@ -332,7 +332,8 @@ class PathWalk {
     else
       direct = direct_light_.estimate(context, sampler_, base_ + D::kDirectLight, here, vertex_aux_, rays);
     if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
-      if (has_soft_terminator(point)) direct += estimate_direct<SampledPart::BeyondTerminator>(context, sampler_, base_ + D::kDirectLight, rays);
+      if (has_soft_terminator(point))
+        direct += estimate_direct<SampledPart::BeyondTerminator>(context, sampler_, base_ + D::kDirectLight, rays);
     }
     if constexpr (kParts)
       if (point.ray_depth == 0 && !is_black(direct)) first_ = LightPasses::scattered_by(bsdf, point.wo, sampled.wi);

@@ -143,9 +143,10 @@ class Planner {
     look_below_surfaces();
     const bool by_kind = scene_.depends_on_ray_kind();
     add("surfaces by the kind of the ray", by_kind,
-        by_kind ? "a visible material follows the Light Path node or has no transparent shadows: paths from the eye find "
-                  "the light past it that other paths do not know"
-                : "no visible material scatters light, or lets it pass, by the kind of the ray");
+        by_kind
+            ? "a visible material follows the Light Path node or has no transparent shadows: paths from the eye find "
+              "the light past it that other paths do not know"
+            : "no visible material scatters light, or lets it pass, by the kind of the ray");
   }
 
   /// Chains and populations render only paths without walks below surfaces; they splat and take further samples.

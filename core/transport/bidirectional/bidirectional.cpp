@@ -363,8 +363,7 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     const uint32_t base = kLightDimensions + kPerVertex * uint32_t(i);
     sampler.set_dimension(base + kThrough);
     Through through;
-    if (i == 1)
-      through.by_kind = follows_ray_kinds() && !for_photons_ ? RayKindSurfaces::AsShadow : RayKindSurfaces::FromLight;
+    if (i == 1) through.by_kind = first_from_light();
     enter_media({scene_, media}, previous.vertex, ray.direction, next.vertex);
     if (!find_vertex(PathScene{scene_, media}, ray, sampler, next.vertex, through, rays_)) break;
     const PathVertex& vertex = next.vertex;

@@ -116,7 +116,7 @@ class BidirectionalWalks {
   PathClasses classes = PathClasses::All;
   /// The point on the lens, if it is given.
   std::optional<Vec2> lens_point;
-  /// Whether all paths of the last walk from the eye belong to EyeOnly if it enters the first surface that it met.
+  /// Whether light can enter the first surface that the last walk from the eye met, or the surface is eye-only.
   bool enters_first() const { return enters_first_; }
   /// Whether a path of the last sample has walks below surfaces.
   bool is_below(const FoundPath& path) const { return path.t >= 2 && eye_[size_t(path.t - 1)].below; }
@@ -151,6 +151,10 @@ class BidirectionalWalks {
 
   bool follows_ray_kinds() const {
     return any_by_ray_kind_ && (classes == PathClasses::All || classes == PathClasses::EyeOnly);
+  }
+  /// Of the first edge of a walk from a light.
+  RayKindSurfaces first_from_light() const {
+    return follows_ray_kinds() && !for_photons_ ? RayKindSurfaces::AsShadow : RayKindSurfaces::FromLight;
   }
   /// Whether the walk from the eye has chosen one history of lobes, by which bounces are counted.
   bool knows_history() const { return (has_subsurface_ && classes != PathClasses::Diffuse) || follows_ray_kinds(); }

@@ -8,8 +8,8 @@
 #include <atomic>
 
 #include "film/film.h"
-#include "transport/bidirectional/further_samples.h"
 #include "transport/bidirectional/eye_only_light.h"
+#include "transport/bidirectional/further_samples.h"
 #include "transport/bidirectional/light_beyond.h"
 #include "transport/bidirectional/vertex_merging.h"
 #include "transport/paths/path.h"

@@ -42,8 +42,8 @@ Color EyeOnlyLight::Walker::found(Vec2 film, Sampler& sampler, LightPasses* pass
   return sum;
 }
 
-Color EyeOnlyLight::Walker::sample(Vec2 film, std::optional<float> time, Sampler& sampler, uint32_t pixel, uint32_t index,
-                                 LightPasses* passes) {
+Color EyeOnlyLight::Walker::sample(Vec2 film, std::optional<float> time, Sampler& sampler, uint32_t pixel,
+                                   uint32_t index, LightPasses* passes) {
   sampler.set_dimension(kLens);
   walks_.lens_point = scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
   walks_.pass_time = time ? *time : sample_time(scene_, sampler);

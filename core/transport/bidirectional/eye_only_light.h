@@ -31,7 +31,8 @@ class EyeOnlyLight {
     /// `passes`: to which the light is added.
     Walker(EyeOnlyLight& owner, const PathSpace& space, const LightPasses& passes);
     /// An estimate at a point of the film. `time`: of the photons that are looked up; empty: each sample draws its own.
-    /// `pixel` and `index` number the sample; those of a pixel come in their order. `passes`: null, or it receives the light of a single walk.
+    /// `pixel` and `index` number the sample; those of a pixel come in their order. `passes`: null, or it receives the
+    /// light of a single walk.
     Color sample(Vec2 film, std::optional<float> time, Sampler& sampler, uint32_t pixel, uint32_t index,
                  LightPasses* passes);
     uint64_t rays() const { return walks_.rays(); }

@@ -19,7 +19,7 @@ namespace ajar {
 enum class SampledPart : uint8_t {
   All,
   BeyondTerminator,  ///< shadow_terminator.h
-  ByRayKind          ///< past surfaces that depend on the kind of the ray (ray_kind_surfaces.h), and not the part before
+  ByRayKind  ///< past surfaces that depend on the kind of the ray (ray_kind_surfaces.h), and not the part before
 };
 
 struct SampledLight {

@@ -30,8 +30,8 @@ EyeMedia::Step EyeMedia::meet(EyeWalk& walk, const Along& how, Color& beta, Ligh
     MediumLight sampled;
     const SampledPart part = scattered_ == Scattered::ByRayKind ? SampledPart::ByRayKind : SampledPart::All;
     const auto context = [&](const PhaseFunction& phase) {
-      return MediumLightContext<State>{scene_, s, ray, point, phase, how.sampler, how.dimension + (thorough ? 2 : 0),
-                                       rays_, part};
+      return MediumLightContext<State>{scene_, s,   ray, point, phase, how.sampler, how.dimension + (thorough ? 2 : 0),
+                                       rays_,  part};
     };
     if (thorough && lit && may_scatter && event.at.scatters())
       light.scattered += estimate_direct_along(context(phase()), along.t_end, event.at, beta, sampled);

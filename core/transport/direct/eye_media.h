@@ -163,8 +163,7 @@ template <SampledPart kPart = SampledPart::All>
 Color estimate_direct_through(EyeMedia& media, const Hit& hit, const DirectLightContext& context,
                               const LightSet::Choice& choice, Vec2 u, uint64_t& rays) {
   if (!media.active()) return estimate_direct<kPart>(context, choice, u, rays);
-  return estimate_direct<kPart>(MediaDirectContext<EyeMedia::State>(context, media.state(), hit), choice, u,
-                                      rays);
+  return estimate_direct<kPart>(MediaDirectContext<EyeMedia::State>(context, media.state(), hit), choice, u, rays);
 }
 
 }  // namespace ajar

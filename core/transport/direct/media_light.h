@@ -85,7 +85,8 @@ Color light_scattered(const MediumLightContext<State>& c, const LightSet::Choice
     shadow.time = c.ray.time;
     bool by_ray_kind = false;
     contribution *= c.state.media.transmittance_to_light(end_before(shadow, *sample), c.state.stack, c.path,
-                                                         c.state.rng, c.state.counters, by_kind ? &by_ray_kind : nullptr);
+                                                         c.state.rng, c.state.counters,
+                                                         by_kind ? &by_ray_kind : nullptr);
     if (by_kind && !by_ray_kind) return Color(0.0f);
   }
   if (!sample->delta && light.mis && !light.partial())

@@ -41,10 +41,10 @@ enum class VertexKind : uint8_t { Surface, Medium, Light, Lens };
 /// What walks and edges do at surfaces that depend on the kind of the ray (shading/ray_kind_surfaces.h). At those that
 /// are not eye-only, walks scatter and pass as elsewhere, except on the first edge from a light.
 enum class RayKindSurfaces : uint8_t {
-  End,       ///< eye-only surfaces block edges, and walks end there; their emission is found
-  Follow,    ///< of walks from the eye: they know the kind. Of an edge to a light: it is that of a shadow ray
-  FromLight, ///< as End, and a walk that would pass such a surface ends there
-  AsShadow   ///< as FromLight, but a walk may pass as shadow rays do
+  End,        ///< eye-only surfaces block edges, and walks end there; their emission is found
+  Follow,     ///< of walks from the eye: they know the kind. Of an edge to a light: it is that of a shadow ray
+  FromLight,  ///< as End, and a walk that would pass such a surface ends there
+  AsShadow    ///< as FromLight, but a walk may pass as shadow rays do
 };
 
 /// What a vertex knows of media, in scenes that have some.

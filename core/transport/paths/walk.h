@@ -93,7 +93,8 @@ bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& 
     vertex.eye_only = scene.is_eye_only(hit);
     const bool by_ray_kind = scene.depends_on_ray_kind(hit);
     if (by_ray_kind && through.by_kind != RayKindSurfaces::Follow) [[unlikely]] {
-      if (through.by_kind == RayKindSurfaces::AsShadow && passes_as_shadow(scene, hit, vertex.point, sampler, through)) {
+      if (through.by_kind == RayKindSurfaces::AsShadow &&
+          passes_as_shadow(scene, hit, vertex.point, sampler, through)) {
         if (media) media->cross(hit, !vertex.point.backfacing, vertex.media.stack);
         ray = scene.straight_on(vertex.point, ray, hit.t);
         continue;

@@ -13,6 +13,12 @@ namespace ajar {
 namespace {
 constexpr int kFreeBounces = 2;  // before roulette
 constexpr uint32_t kStream = 0x756E6C69U, kBeyondStream = 0x62796E64U, kByKindStream = 0x6B696E64U;
+
+std::optional<BsdfSample> sampled(const Bsdf& bsdf, Vec3 wo, Pcg32& rng) {
+  const float u_lobe = rng.next_float(), ux = rng.next_float();
+  return bsdf.sample(wo, u_lobe, {ux, rng.next_float()});
+}
+
 }  // namespace
 
 Color PhotonGatherer::light_beyond(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Pcg32& rng) {
@@ -39,7 +45,6 @@ Color PhotonGatherer::light_past_ray_kinds(const ShadingPoint& point, const Bsdf
 
 Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf& rough, const Place& place,
                                             uint32_t dimension) {
-  const BounceLimits& limits = scene_.settings().bounces;
   Color radiance = light_beyond(from, rough, place, dimension), beyond(0.0f);
   Pcg32 rng(hash_combine(hash_combine(pixel_, index_), dimension + uint32_t(gathered_)), kStream);
   // Each of the gather rays of a surface goes on with this probability: one of them in the mean, if there is emission.
@@ -47,36 +52,41 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
   const float rays = float(std::max(1, settings_.rays)) / share;
   if (!(rng.next_float() * rays < 1.0f)) return radiance;
   const uint64_t before = rays_;
-  const auto sampled = [&rng](const Bsdf& bsdf, Vec3 wo) {
-    const float u_lobe = rng.next_float(), ux = rng.next_float();
-    return bsdf.sample(wo, u_lobe, {ux, rng.next_float()});
-  };
-  const auto first = sampled(rough, from.wo);
+  const auto first = sampled(rough, from.wo, rng);
   if (!first || !(first->pdf_solid_angle > 0.0f)) return radiance;
-  Color beta = first->f_cos / first->pdf_solid_angle * rays;
+  const Color beta = first->f_cos / first->pdf_solid_angle * rays;
   EyeWalk walk(scene_, scene_.spawn_ray(from, first->wi), rays_, from);
   EyeMedia media(scene_, media_, stack_towards(from, place, first->wi), rng.next(), rays_);
-  const bool by_ray_kind = scene_.depends_on_ray_kind();
-  media.count(by_ray_kind ? EyeMedia::Scattered::ByRayKind : EyeMedia::Scattered::None);
+  media.count(scene_.depends_on_ray_kind() ? EyeMedia::Scattered::ByRayKind : EyeMedia::Scattered::None);
+  count_bounce(*first, from, walk.point);
+  radiance += follow_without_photons(walk, media, vertex_of({}, from, rough, *first), beta, rays, rng, beyond);
+  beyond_.note_found(beyond, rays_ - before, share);
+  return radiance + beyond;
+}
+
+Color PhotonGatherer::follow_without_photons(EyeWalk& walk, EyeMedia& media, DirectVertex origin, Color beta,
+                                             float rays, Pcg32& rng, Color& beyond) {
+  const BounceLimits& limits = scene_.settings().bounces;
+  Color radiance(0.0f);
   ShadingPoint& point = walk.point;
   const SurfaceShading& shading = walk.shading;
-  DirectVertex origin = vertex_of({}, from, rough, *first);
   const WalkHitWeight weight_of_hit{scene_, direct_, media, walk, origin};
   bool finds_all = false, past_ray_kinds = false;
   const auto add_met = [&](const LightMet& met) {
     radiance += beta * met.radiance * media.to_lamp(walk, met) * weight_of_hit(met.light, met.position, met.normal);
   };
-  count_bounce(*first, from, point);
   bool at_bounce_limit = past_limits(point, limits);
   while (max_component(beta) > 0.0f) {
     walk.trace();
     if (finds_all || past_ray_kinds) walk.meet_lamps(add_met);
     if (media.active()) {
       EyeMedia::Light light;
+      const int depth = point.ray_depth;
       const EyeMedia::Step step = media.pass(walk, {sampler_, 0, !at_bounce_limit}, beta, light);
       radiance += light.sum();
       if (step == EyeMedia::Step::End) break;
       at_bounce_limit = at_bounce_limit || past_limits(point, limits) || media.at_limit();
+      past_ray_kinds = past_ray_kinds && point.ray_depth == depth;
       if (step == EyeMedia::Step::Traced) continue;
     }
     if ((finds_all || past_ray_kinds) && !walk.found()) walk.meet_distant(add_met);
@@ -99,7 +109,7 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
     } else if (!at_bounce_limit) {
       beyond += beta * light_beyond(point, shading.bsdf, {media, walk.hit}, rng);
     }
-    const auto sample = sampled(shading.bsdf, point.wo);
+    const auto sample = sampled(shading.bsdf, point.wo, rng);
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
     beta *= sample->f_cos / sample->pdf_solid_angle;
     if (sample->flags & kTransparent) {
@@ -122,8 +132,7 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
     media.scattered_at_surface();
     walk.leave_along(sample->wi);
   }
-  beyond_.note_found(beyond, rays_ - before, share);
-  return radiance + beyond;
+  return radiance;
 }
 
 }  // namespace ajar

@@ -343,7 +343,6 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
       radiance += beta * at_rough(point, *split.rough(), {media, walk.hit}, near ? depth + 1 : 0, {sampler, base});
     }
     if (!split.sharp()) break;
-    // No photons are stored on hair, points and eye-only surfaces, and the caustic map has no light of bent lobes: direct light is sampled here, and the ray that goes on finds all other light.
     finds_all = finds_all || all_sharp || seen_by_bent_lobes(point, *split.sharp(), point.wo);
     if (!at_bounce_limit)
       radiance += beta * sharp_light(point, split, {media, walk.hit}, finds_all, {sampler, base + kSharpLight});

@@ -194,7 +194,8 @@ class PhotonGatherer {
   /// Light that the rough lobes at the end of a gather ray scatter: from the maps, or for `depth` > 0 gathered once
   /// more.
   Color at_rough(const ShadingPoint& point, const Bsdf& rough, const Place& place, int depth, Numbers numbers);
-  /// Direct light of the sharp lobes where a gather ray ends: all of it, or what is in no map.
+  /// Direct light of the sharp lobes where a gather ray ends: all of it, or what is in no map. All where no photons are
+  /// stored, and of bent lobes, which the caustic map does not have; the ray that goes on finds all other light there.
   Color sharp_light(const ShadingPoint& point, const LobeSplit& split, const Place& place, bool all, Numbers numbers);
   /// Whether gather rays find light at rough lobes.
   bool looks_up() const {
@@ -202,6 +203,10 @@ class PhotonGatherer {
   }
   /// Light that brings no photons, beyond the surface where a gather ray ends.
   Color light_without_photons(const ShadingPoint& from, const Bsdf& rough, const Place& place, uint32_t dimension);
+  /// The same along a walk that has just left a surface (with the light sampling of `origin`), one of `rays`. `beyond`
+  /// receives the light beyond the terminator.
+  Color follow_without_photons(EyeWalk& walk, EyeMedia& media, DirectVertex origin, Color beta, float rays, Pcg32& rng,
+                               Color& beyond);
   /// The volumes of a ray from a surface.
   MediaStack stack_towards(const ShadingPoint& from, const Place& place, Vec3 direction) const;
   struct Incoming {

@@ -139,8 +139,8 @@ class BlockTracer {
     PhotonBounces bounces;
     ShadingPoint point;
     uint32_t kind = kRayShadow;
-    int crossed = 0;
-    bool beyond_other = false;
+    crossed_ = 0;
+    beyond_other_ = false;
     for (uint32_t vertex = 0;; ++vertex) {
       const Hit hit = scene_.intersect(ray, kind);
       ++out.rays;
@@ -163,29 +163,12 @@ class BlockTracer {
         ray = scene_.straight_on(point, ray, hit.t);
         continue;
       }
-      // What does not block the light of this source is lit by it, and so is what is behind.
-      const bool blocks = bounces.counts.total > 0 ||
+      const bool first = bounces.counts.total == 0;
+      const bool blocks = !first ||
                           (flags_.cast_shadow && (scene_.instances()[hit.instance].visibility & flags_.blockers));
-      const bool shadowed = blocks && bounces.counts.total == 0 && scene_.depends_on_ray_kind(hit);
-      const bool past = shadowed && passes_as_shadow(hit, point, vertex, flux, crossed);
-      if (past || scene_.is_eye_only(hit)) [[unlikely]] {
-        if (!past && blocks) return;
-        past_ray_kinds_ |= past;
-        beyond_other |= !blocks;
-        if (media_) media_->cross(hit, !point.backfacing, stack_);
-        ray = scene_.straight_on(point, ray, hit.t);
-        continue;
-      }
-      if (!blocks) [[unlikely]] {
-        flux *= 2.0f;
-        sampler_.set_dimension(kChanceDimension + vertex);
-        if (sampler_.get_1d() < 0.5f) {
-          if (media_) media_->cross(hit, !point.backfacing, stack_);
-          ray = scene_.straight_on(point, ray, hit.t);
-          beyond_other = true;
-          continue;
-        }
-      }
+      const AtSurface outcome = pass_unscattered(hit, vertex, point, {first, blocks}, ray, flux);
+      if (outcome == AtSurface::End) return;
+      if (outcome == AtSurface::Passed) continue;
       point.ray_kind = kRayDiffuse | kRayReflection;
       point.ray_depth = point.diffuse_depth = 1;
       scene_.material(hit).evaluate_surface(point, shading_);
@@ -193,33 +176,34 @@ class BlockTracer {
       const LobeSplit split(shading_.bsdf, point.wo, on_strand_or_point(point));
       // Lookups would not separate the kinds of lobes that see the light: they sample such a light themselves, and light
       // past surfaces that depend on the kind of the ray.
-      const bool separated = flags_.partial() && bounces.counts.total == 0;
-      const bool lit = is_lit(point.position, ray.direction) &&
-                       (bounces.counts.total > 0 || flags_.lights(receiver_set(point)));
-      const Color faded = bounces.counts.total == 0 ? faded_at(point.ray_length) : Color(1.0f);
+      const bool separated = flags_.partial() && first;
+      const bool lit = is_lit(point.position, ray.direction) && (!first || flags_.lights(receiver_set(point)));
+      const Color faded = first ? faded_at(point.ray_length) : Color(1.0f);
       flux *= faded;
-      if (split.rough() && !separated && lit && !past_ray_kinds_) store(point, *split.rough(), flux, bounces, limits, out);
+      if (split.rough() && !separated && lit && !past_ray_kinds_)
+        store(point, *split.rough(), flux, bounces, limits, out);
 
       sampler_.set_dimension(kEmissionDimensions + kBounceDimensions * vertex);
       const auto sample = scatter(scene_.material(hit), point, split, flux);
       if (!sample) return;
       if (sample->flags & kTransparent) {
-        if (!blocks || shadowed || side == Side::Far) return;  // counted above, by hits of lights, or on the near side
+        // Counted above, on the near side, or by hits of lights.
+        if (!blocks || side == Side::Far || (first && scene_.depends_on_ray_kind(hit))) return;
         for (int c = 0; c < 3; ++c) flux[c] = faded[c] != 0.0f ? flux[c] / faded[c] : 0.0f;
-        if (++crossed > limits.transparent) return;
+        if (++crossed_ > limits.transparent) return;
         if (media_) media_->cross(hit, !point.backfacing, stack_);
         ray = scene_.straight_on(point, ray, hit.t);
         continue;
       }
-      if (!lit || goes_inwards(point, side, sample->wi) || (beyond_other && !was_rough_))
+      if (!lit || goes_inwards(point, side, sample->wi) || (beyond_other_ && !was_rough_))
         return;  // sharp lobes see lights past nothing (LightFlags::partial)
-      beyond_other = false;
+      beyond_other_ = false;
       if (past_ray_kinds_) [[unlikely]] {
         if (sample->specular) return;  // shadow rays end at other lobes only
         flux *= weight_past_kinds(scene_.material(hit), point, sample->wi);
         past_ray_kinds_ = false;
       }
-      if (bounces.counts.total == 0) sharp_first_ = !was_rough_;
+      if (first) sharp_first_ = !was_rough_;
       soft_lamp_.reset();
       if (separated && !keep_visible(point, *(was_rough_ ? split.rough() : split.sharp()), *sample, flux)) return;
       bounces.add(*sample);
@@ -230,15 +214,36 @@ class BlockTracer {
     }
   }
 
-  /// Whether the first ray of the photon passes a surface that depends on the kind of the ray, as shadow rays do.
-  bool passes_as_shadow(const Hit& hit, const ShadingPoint& point, uint32_t vertex, Color& flux, int& crossed) {
-    Through through;
-    through.surfaces = crossed;
+  /// Of a ray at a surface: nothing has scattered the photon before; the surface blocks its light.
+  struct Arrival {
+    bool first, blocks;
+  };
+  enum class AtSurface : uint8_t { Scatters, Passed, End };
+  /// Whether the photon passes the surface, straight on, without regard to how the surface scatters. `ray` goes on then.
+  AtSurface pass_unscattered(const Hit& hit, uint32_t vertex, const ShadingPoint& point, Arrival arrival, Ray& ray,
+                             Color& flux) {
     sampler_.set_dimension(kChanceDimension + vertex);
-    const bool passes = ajar::passes_as_shadow(scene_, hit, point, sampler_, through);
-    crossed = through.surfaces;
-    flux *= through.transmittance / (through.pass * through.chance);
-    return passes;
+    if (arrival.blocks) {
+      Through through;
+      through.surfaces = crossed_;
+      const bool past = arrival.first && scene_.depends_on_ray_kind(hit) &&
+                        passes_as_shadow(scene_, hit, point, sampler_, through);
+      crossed_ = through.surfaces;
+      flux *= through.transmittance / (through.pass * through.chance);
+      if (!past) return scene_.is_eye_only(hit) ? AtSurface::End : AtSurface::Scatters;
+      past_ray_kinds_ = true;
+    } else {
+      // What does not block the light of this source is lit by it, and so is what is behind. Lookups sample the light of
+      // eye-only surfaces.
+      if (!scene_.is_eye_only(hit)) {
+        flux *= 2.0f;
+        if (!(sampler_.get_1d() < 0.5f)) return AtSurface::Scatters;
+      }
+      beyond_other_ = true;
+    }
+    if (media_) media_->cross(hit, !point.backfacing, stack_);
+    ray = scene_.straight_on(point, ray, hit.t);
+    return AtSurface::Passed;
   }
   /// weight_past_ray_kinds of the first ray, which ends at `point`, of light that goes on along `to_eye`.
   float weight_past_kinds(const ShaderProgram& program, const ShadingPoint& point, Vec3 to_eye) {
@@ -441,6 +446,8 @@ class BlockTracer {
   PathVertex light_;
   LightRay start_;  ///< of the photon, at light `light_index_`
   uint32_t light_index_ = 0;
+  int crossed_ = 0;              ///< transparent surfaces that it passed
+  bool beyond_other_ = false;    ///< its ray has passed what does not block its light
   bool past_ray_kinds_ = false;  ///< its first ray has passed surfaces that depend on the kind of the ray
   SurfaceShading shading_;
   bool was_rough_ = false;

@@ -56,7 +56,8 @@ TEST(RayKindSurfaces, scattering_that_follows_the_light_path_is_found_and_emissi
       {"a lamp that the camera does not see", RayKinds::All,
        material([&](B b, int p) { return mix(b, p, "ShaderNodeEmission", "ShaderNodeBsdfTransparent"); })},
       {"roughness by depth", RayKinds::All, material([&](B b, int p) { return principled(b, p, "Roughness"); })},
-      {"strength of emission", RayKinds::None, material([&](B b, int p) { return principled(b, p, "Emission Strength"); })},
+      {"strength of emission", RayKinds::None,
+       material([&](B b, int p) { return principled(b, p, "Emission Strength"); })},
       {"two emissions", RayKinds::None,
        material([&](B b, int p) { return mix(b, p, "ShaderNodeEmission", "ShaderNodeEmission"); })},
       {"emission beside a surface", RayKinds::None, material([&](B b, int p) {
@@ -150,16 +151,18 @@ std::vector<TransportScene> scenes() {
   });
   // A shade that lets a part of all rays pass, and more of the shadow rays.
   add("lamp_in_a_shade", [&](SceneDescription& d) {
-    add_object(d, cube(), add_mix(d, "Is Shadow Ray", closure("ShaderNodeBsdfTranslucent", Color(0.9f, 0.8f, 0.6f)),
-                                  closure("ShaderNodeBsdfTransparent", Color(0.5f))),
+    add_object(d, cube(),
+               add_mix(d, "Is Shadow Ray", closure("ShaderNodeBsdfTranslucent", Color(0.9f, 0.8f, 0.6f)),
+                       closure("ShaderNodeBsdfTransparent", Color(0.5f))),
                moved(Vec3(0.0f, 0.1f, 0.5f), 0.25f));
     d.lights.push_back(area_lamp(Vec3(0.0f, 0.1f, 0.5f), Vec3(0, 0, -1), 0.2f, 4.0f));
     d.lights.push_back(area_lamp(Vec3(0.7f, -0.5f, 0.9f), Vec3(0, 0, -1), 0.1f, 4.0f));
   });
   // The same for diffuse rays too: only walks from the eye go by way of it.
   add("lamp_in_an_eye_only_shade", [&](SceneDescription& d) {
-    add_object(d, cube(), add_mix(d, "Is Diffuse Ray", closure("ShaderNodeBsdfTranslucent", Color(0.9f, 0.8f, 0.6f)),
-                                  closure("ShaderNodeBsdfTransparent", Color(0.5f))),
+    add_object(d, cube(),
+               add_mix(d, "Is Diffuse Ray", closure("ShaderNodeBsdfTranslucent", Color(0.9f, 0.8f, 0.6f)),
+                       closure("ShaderNodeBsdfTransparent", Color(0.5f))),
                moved(Vec3(0.0f, 0.1f, 0.5f), 0.25f));
     d.lights.push_back(area_lamp(Vec3(0.0f, 0.1f, 0.5f), Vec3(0, 0, -1), 0.2f, 4.0f));
     d.lights.push_back(area_lamp(Vec3(0.7f, -0.5f, 0.9f), Vec3(0, 0, -1), 0.1f, 4.0f));
@@ -169,16 +172,17 @@ std::vector<TransportScene> scenes() {
     add_object(d, plane(1.0f),
                add_mix(d, "Is Camera Ray", diffuse(Color(0.2f, 0.9f, 0.2f)), diffuse(Color(0.9f, 0.2f, 0.2f))),
                across(-0.95f));
-    add_object(d, sphere(), add_mix(d, "Is Diffuse Ray", closure("ShaderNodeBsdfGlossy", Color(0.9f), 0.1f),
-                                    diffuse(Color(0.2f, 0.3f, 0.9f))),
+    add_object(d, sphere(),
+               add_mix(d, "Is Diffuse Ray", closure("ShaderNodeBsdfGlossy", Color(0.9f), 0.1f),
+                       diffuse(Color(0.2f, 0.3f, 0.9f))),
                ball);
     add_object(d, sphere(), add_glossy(d, 0.0f), other_ball);
     d.lights.push_back(lamp);
   });
   add("net_without_transparent_shadows", [&](SceneDescription& d) {
     GraphBuilder b;
-    b.graph.surface = {b.node("ShaderNodeBsdfPrincipled", {value_input("Base Color", Vec4(0.8f, 0.5f, 0.3f, 1.0f)),
-                                                           value_input("Alpha", 0.4f)}),
+    b.graph.surface = {b.node("ShaderNodeBsdfPrincipled",
+                              {value_input("Base Color", Vec4(0.8f, 0.5f, 0.3f, 1.0f)), value_input("Alpha", 0.4f)}),
                        "BSDF"};
     const int net = add_material(d, b);
     d.materials.back().transparent_shadow = false;
@@ -200,12 +204,13 @@ std::vector<TransportScene> scenes() {
   add("roughness_by_depth_with_limits", [&](SceneDescription& d) {
     GraphBuilder b;
     const int path = b.node("ShaderNodeLightPath", {}),
-              half = b.node("ShaderNodeMath", {linked_input("Value", path, "Ray Depth"), value_input("Value_001", 0.5f)},
+              half = b.node("ShaderNodeMath",
+                            {linked_input("Value", path, "Ray Depth"), value_input("Value_001", 0.5f)},
                             {text_property("operation", "MULTIPLY")});
-    b.graph.surface = {b.node("ShaderNodeBsdfPrincipled", {value_input("Base Color", Vec4(0.8f, 0.6f, 0.4f, 1.0f)),
-                                                           linked_input("Metallic", half, "Value"),
-                                                           value_input("Roughness", 0.3f)}),
-                       "BSDF"};
+    b.graph.surface = {
+        b.node("ShaderNodeBsdfPrincipled", {value_input("Base Color", Vec4(0.8f, 0.6f, 0.4f, 1.0f)),
+                                            linked_input("Metallic", half, "Value"), value_input("Roughness", 0.3f)}),
+        "BSDF"};
     add_object(d, cube(), add_material(d, b), moved(Vec3(0.0f, 0.0f, -1.9f), 1.0f));
     add_object(d, sphere(), add_glass(d, 0.0f), ball);
     d.lights.push_back(lamp);
