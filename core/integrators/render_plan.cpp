@@ -163,8 +163,8 @@ class Planner {
         divides ? "a walk from the eye for each direct sample" : "a random walk where a path enters");
   }
 
-  // Past surfaces that depend on the kind of the ray, light samples and hits find other light, whose parts follow from the
-  // weights of the default method.
+  /// Past surfaces that depend on the kind of the ray, light samples and hits find different light. The weights of the
+  /// default method define how much of either counts, so other methods would change the image there.
   void choose_direct() {
     const Choice<DirectMethod>& asked = choice_of(settings_.direct);
     DirectPlan& direct = plan_.direct;

@@ -57,10 +57,8 @@ const std::vector<FoundPath>& BidirectionalWalks::sample(Vec2 film, Sampler& sam
     find_beyond_terminator(sampler);
     return found_;
   }
-  const bool bound = eye_[size_t(eye_count_ - 1)].exit >= 0;
-  if (classes == PathClasses::EyeOnly && !bound && !any_by_ray_kind_) return found_;
-  light_count_ = 0;
-  if (classes != PathClasses::EyeOnly || bound || any_by_ray_kind_) walk_from_light(sampler);
+  if (classes == PathClasses::EyeOnly && eye_[size_t(eye_count_ - 1)].exit < 0 && !any_by_ray_kind_) return found_;
+  walk_from_light(sampler);
   for (int i = 0; i < hit_count_; ++i) find_by_hit(i);
   for (int t = 2; t <= eye_count_; ++t)
     if (t + 1 <= max_vertices_) find_by_light_sample(t, sampler);

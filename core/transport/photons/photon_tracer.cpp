@@ -222,19 +222,19 @@ class BlockTracer {
   /// Whether the photon passes the surface, straight on, without regard to how the surface scatters. `ray` goes on then.
   AtSurface pass_unscattered(const Hit& hit, uint32_t vertex, const ShadingPoint& point, Arrival arrival, Ray& ray,
                              Color& flux) {
+    if (arrival.blocks && !scene_.depends_on_ray_kind(hit)) [[likely]]
+      return AtSurface::Scatters;
     sampler_.set_dimension(kChanceDimension + vertex);
     if (arrival.blocks) {
       Through through;
       through.surfaces = crossed_;
-      const bool past = arrival.first && scene_.depends_on_ray_kind(hit) &&
-                        passes_as_shadow(scene_, hit, point, sampler_, through);
+      const bool past = arrival.first && passes_as_shadow(scene_, hit, point, sampler_, through);
       crossed_ = through.surfaces;
       flux *= through.transmittance / (through.pass * through.chance);
       if (!past) return scene_.is_eye_only(hit) ? AtSurface::End : AtSurface::Scatters;
       past_ray_kinds_ = true;
     } else {
-      // What does not block the light of this source is lit by it, and so is what is behind. Lookups sample the light of
-      // eye-only surfaces.
+      // What does not block the light is lit by it, and so is what is behind. Lookups sample it on eye-only surfaces.
       if (!scene_.is_eye_only(hit)) {
         flux *= 2.0f;
         if (!(sampler_.get_1d() < 0.5f)) return AtSurface::Scatters;
