@@ -60,9 +60,13 @@ def test_samples_are_added_until_the_merged_image_has_the_noise_that_was_asked_f
     assert result.returncode == 0, result.stdout
     merged = read_header(farm.job / "merged" / "0001.checkpoint")
     assert merged is not None and 0 < merged.relmse <= header.relmse / 6 and merged.samples > 8
-    assert len(Job.open(farm.job).waves()) >= 2
-    seen = [first for _, first, _ in merged.ranges]
-    assert seen == [0], "the further samples are those that follow"
+    job = Job.open(farm.job)
+    assert len(job.waves()) >= 2
+    ranges = sorted((task.first, task.first + task.samples) for wave in job.waves() for task in job.tasks(wave))
+    assert ranges[0][0] == 0 and all(end == first for (_, end), (first, _) in zip(ranges, ranges[1:])), "the further samples are those that follow"
+    # A later part may end before an earlier one. If the target is then reached, the earlier part is cancelled and its samples are missing in the merged image.
+    for _, first, end in merged.ranges:
+        assert first in {a for a, _ in ranges} and end in {b for _, b in ranges}
 
 
 def test_tasks_are_cancelled_when_the_noise_target_is_met(farm, scene):
