@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "shading/functions/point_functions.h"
 #include "shading/nodes/hair_closures.h"
 
 namespace ajar {
@@ -70,6 +71,39 @@ bool is_thin_wall(const Closure& closure) {
   return closure.kind == ClosureKind::Principled &&
          (closure.inputs.thin_wall != 0.0f || patches(closure, offsetof(Inputs, thin_wall))) &&
          (closure.inputs.transmission > 0.0f || patches(closure, offsetof(Inputs, transmission)));
+}
+
+ShaderProgram::ViewDependence view_dependence_of(const std::vector<Instruction>& code, const Closures& scattering) {
+  using ViewDependence = ShaderProgram::ViewDependence;
+  ViewDependence most = ViewDependence::None;
+  const auto at_least = [&](ViewDependence found) { most = std::max(most, found); };
+  for (const Instruction& i : code) {
+    switch (i.op) {
+      case Op::Backfacing:
+      case Op::ShadingNormal:
+      case Op::TrueNormal:
+      case Op::Bevel: at_least(ViewDependence::Side); break;
+      case Op::Bump:  // without the variant, the node itself bends its normal
+        at_least(i.variant != 0 ? ViewDependence::Side : ViewDependence::Direction);
+        break;
+      case Op::HairInfo:
+        if (i.variant == int(nodes::HairOutput::Misses)) at_least(ViewDependence::Direction);
+        break;
+      case Op::Incoming:
+      case Op::ObjectIncoming:
+      case Op::Fresnel:
+      case Op::LayerWeight:
+      case Op::Reflection:
+      case Op::Raycast:
+      case Op::RaycastAttribute: at_least(ViewDependence::Direction); break;
+      default: break;
+    }
+  }
+  for (const Closure& closure : scattering)
+    if (closure.normal != kNoOperand || closure.coat_normal != kNoOperand ||
+        (closure.kind == ClosureKind::Principled && closure.inputs.version >= 2))
+      at_least(ViewDependence::Side);
+  return most;
 }
 
 void ScatteringBuilder::add(const Closure& closure) const {

@@ -43,6 +43,9 @@ bool has_walk(const Closure& closure);
 /// Whether light may pass a Principled closure straight, because it is a smooth thin sheet.
 bool is_thin_wall(const Closure& closure);
 
+/// How the lobes that this code and these closures make depend on the direction for which they are made.
+ShaderProgram::ViewDependence view_dependence_of(const std::vector<Instruction>& code, const Closures& scattering);
+
 /// Adds the scattering closures of a program to the BSDF at a point.
 struct ScatteringBuilder {
   const Values& values;
@@ -50,7 +53,14 @@ struct ScatteringBuilder {
   bool reflective, refractive;  ///< whether caustics of these kinds are rendered
   SurfaceShading& out;
 
-  Vec3 normal_of(Operand o) const { return values.normal(o, out.bsdf.n); }
+  Vec3 normal_of(Operand o) const {
+    if (o == kNoOperand) return out.bsdf.n;
+    const Vec3 given = values.tilted(o, out.bsdf.n),
+               safe = closures::safe_shading_normal(values.point.ng, values.point.wo, given);
+    if (safe != given) [[unlikely]]
+      out.bsdf.bind_to_view();
+    return safe;
+  }
   /// Whether light can enter a closure with subsurface scattering. After a diffuse bounce it leaves where it enters, as
   /// in Cycles before Blender 5.0. The same holds for the second medium of a surface.
   bool may_enter(const closures::PrincipledInputs& inputs) const {

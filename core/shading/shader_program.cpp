@@ -31,7 +31,8 @@ struct ShaderProgram::Data {
   Operand undisplaced_normal = kNoOperand;  // normal from undisplaced_code, which runs on the surface before it moved
   Operand displaced_normal = kNoOperand;    // normal of the displaced surface; kNoOperand: the smooth normal is used
   bool plain_diffuse = false;  // the only scattering closure is a Lambert closure with the surface's own normal
-  bool may_be_transparent = false, depends_on_view = false, subsurface_has_normal = false;
+  bool may_be_transparent = false, subsurface_has_normal = false;
+  ViewDependence view_dependence = ViewDependence::None;
   bool has_surface = false, has_volume = false, medium_varies = false;
   bool keeps_normal = false;  // the displaced normal is not bent towards the eye for diffuse closures
   int register_count = 0;
@@ -221,18 +222,10 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.may_be_transparent = !data.transparency.empty() || !data.thin_walls.empty();
   data.plain_diffuse = data.scattering.size() == 1 && data.transparency.empty() &&
                        is_plain_diffuse(data.scattering.front());
-  for (const Instruction& i : data.code)
-    for (const Op op : {Op::Incoming, Op::ObjectIncoming, Op::Backfacing, Op::Fresnel, Op::LayerWeight, Op::Reflection,
-                        Op::ShadingNormal, Op::TrueNormal, Op::Bump, Op::Bevel, Op::Raycast, Op::RaycastAttribute})
-      data.depends_on_view |= i.op == op;
-  for (const Instruction& i : data.code)
-    data.depends_on_view |= i.op == Op::HairInfo && i.variant == int(nodes::HairOutput::Misses);
-  data.depends_on_view |= !data.undisplaced_code.empty();
-  for (const Closure& closure : data.scattering) {
-    data.depends_on_view |= closure.normal != kNoOperand || closure.coat_normal != kNoOperand ||
-                            (closure.kind == ClosureKind::Principled && closure.inputs.version >= 2);
+  data.view_dependence = view_dependence_of(data.code, data.scattering);
+  if (!data.undisplaced_code.empty()) data.view_dependence = ViewDependence::Direction;
+  for (const Closure& closure : data.scattering)
     data.subsurface_has_normal |= has_walk(closure) && (closure.normal != kNoOperand || bends_normal);
-  }
   return program;
 }
 
@@ -272,6 +265,8 @@ void ShaderProgram::Data::shade(const ShadingPoint& point, float* registers, Sur
 
   const Vec3 normal = d.displaced_normal == kNoOperand ? point.ns : load3(registers + d.displaced_normal);
   out.bsdf.start(point.ng, closures::safe_shading_normal(point.ng, point.wo, normal));
+  if (out.bsdf.n != normal) [[unlikely]]
+    out.bsdf.bind_to_view();
   if (d.keeps_normal) out.bsdf.bump_base = normal;
   const Values values{point, registers, constants};
   out.emission = d.emission.empty() ? Color(0.0f) : sum(d.emission, values);
@@ -456,7 +451,7 @@ bool ShaderProgram::may_be_smooth(float roughness) const {
   });
 }
 
-bool ShaderProgram::depends_on_view() const { return data_->depends_on_view; }
+ShaderProgram::ViewDependence ShaderProgram::view_dependence() const { return data_->view_dependence; }
 std::vector<std::pair<int, const Texture*>> ShaderProgram::images() const {
   std::vector<std::pair<int, const Texture*>> all;
   for (const ImageLookup& lookup : data_->tables.images) all.push_back({lookup.image, lookup.texture});

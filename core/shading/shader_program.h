@@ -96,9 +96,14 @@ class ShaderProgram {
   bool may_be_rough(float roughness) const;
   bool may_be_rough_glossy(float roughness) const;
   bool may_be_smooth(float roughness) const;
-  /// The lobes can depend on the direction for which they are made, in ways that Bsdf does not account for when
-  /// directions are swapped: Fresnel and Layer Weight nodes, bumped normals, coats, the visible side.
-  bool depends_on_view() const;
+  /// How the lobes depend on the direction for which they are made, beyond what Bsdf accounts for when directions are
+  /// swapped.
+  enum class ViewDependence : uint8_t {
+    None,
+    Side,      ///< by the visible side, by normals that are bent towards the eye, by layers: Bsdf::turn_to
+    Direction  ///< in other ways, too: Fresnel and Layer Weight nodes, for example
+  };
+  ViewDependence view_dependence() const;
   /// Small parts of the sky that can emit most of its light. Only the world's program has them.
   std::vector<SkyDisc> sky_discs() const;
   /// The images that the program looks up: their indices in the scene's list, and their textures.

@@ -151,11 +151,12 @@ struct Lobe {
 
 /// A coating whose albedo dims the lobes below it (Blender 4.x Principled). Its factor is 1 - albedo(eye direction),
 /// times the absorption along the refracted ray. The makers multiply it into the weights of the lobes below, for their
-/// wo. The Bsdf uses it again only for importance, where the eye is at wi.
+/// wo. The Bsdf uses it again for importance, where the eye is at wi, and for other directions (turn_to).
 struct Layer {
   Lobe lobe;                ///< with its weight
   float tint_share = 0.0f;  ///< fraction of the area that is tinted
   Color tint{1.0f};         ///< transmittance at normal incidence
+  Color in_weights{1.0f};   ///< the transmittance that the weights of the lobes below contain
   Color transmittance(Vec3 eye) const;
 };
 
@@ -211,7 +212,7 @@ class Bsdf {
     n = bump_base = shading_normal;
     count_ = layer_count_ = 0;
     dropped_ = 0;
-    has_non_delta_ = single_lambert_ = has_subsurface_ = false;
+    has_non_delta_ = single_lambert_ = has_subsurface_ = bound_to_view_ = transmits_ = false;
     receiving_normal_ = shading_normal;
   }
   /// Makes the surface a single Lambert lobe around n. Call it after start. The result is that of add and prepare, at a
@@ -242,6 +243,7 @@ class Bsdf {
     bump_base = other.bump_base;
     count_ = 0;
     has_subsurface_ = other.has_subsurface_;
+    bound_to_view_ = other.bound_to_view_ || other.dropped_ > 0;
     layer_count_ = other.layer_count_;
     std::memcpy(layer_bytes_, other.layer_bytes_, size_t(layer_count_) * sizeof(Layer));
     for (int i = 0; i < other.count_; ++i)
@@ -252,6 +254,15 @@ class Bsdf {
   /// Computes the selection probabilities for this wo. Call it once, after the last `add`.
   void prepare(Vec3 wo);
 
+  /// From now on, only the makers can make the lobes for another direction than that of `prepare`: a normal was bent
+  /// towards it, or light from it does not reach a lobe.
+  void bind_to_view() { bound_to_view_ = true; }
+  /// Whether the lobes that the makers would make for `wo` follow from these: layers dim the light of a lobe by another
+  /// factor, and nothing else is different. Not for shaders that use the direction (ShaderProgram::view_dependence).
+  bool can_turn_to(Vec3 wo) const;
+  /// Makes the lobes those for `wo`. Needs can_turn_to(wo).
+  void turn_to(Vec3 wo);
+
   struct Evaluation {
     Color f_cos;
     float pdf_solid_angle;
@@ -260,6 +271,15 @@ class Bsdf {
     return single_lambert_ ? evaluate_lambert(wo, wi) : sum_lobes<true>(wo, wi, mode);
   }
   Color f(Vec3 wo, Vec3 wi, TransportMode mode = TransportMode::Radiance) const;
+  /// Scattering between two directions, for the densities of walks from both ends.
+  struct PairEvaluation {
+    Color f_cos{0.0f};  ///< with the cosine of to_light
+    float pdf_to_light = 0.0f, pdf_to_eye = 0.0f;
+  };
+  /// evaluate(to_eye, to_light) and the density of evaluate(to_light, to_eye). If `turns`, each is that of the lobes
+  /// that are turned to its first argument; then can_turn_to must hold for both directions, or they are that of
+  /// `prepare`.
+  PairEvaluation evaluate_pair(Vec3 to_eye, Vec3 to_light, bool turns) const;
   /// f_cos for a wi that n and ng see on different sides, where n decides between reflection and transmission. For
   /// radiance only; such directions are never sampled (transport/paths/shadow_terminator.h). Black for all other wi.
   Color evaluate_beyond_horizon(Vec3 wo, Vec3 wi) const;
@@ -320,6 +340,8 @@ class Bsdf {
   Color albedo() const;           ///< estimate of the fraction that is reflected or transmitted, without transparency
   Color albedo_of_sharp() const;  ///< the part of `albedo` that comes from nearly mirror-like lobes
   bool has_non_delta() const { return has_non_delta_; }
+  /// Whether lobes that are not delta scatter light to the other side. Valid after `prepare`.
+  bool transmits_light() const { return transmits_; }
   bool has_subsurface() const { return has_subsurface_; }
   /// All subsurface lobes together: weight, normal of the first one, probability of being chosen. Valid after
   /// `prepare`.
@@ -349,6 +371,17 @@ class Bsdf {
   Layer* layers() { return reinterpret_cast<Layer*>(layer_bytes_); }
   const Layer* layers() const { return reinterpret_cast<const Layer*>(layer_bytes_); }
   void select(Vec3 wo, float (&selection)[kMaxLobes]) const;
+  template <class Factor>
+  void select(Vec3 wo, float (&selection)[kMaxLobes], const Factor& factor) const;
+  /// What differs for another direction than that of `prepare`.
+  struct Turned {
+    bool other_selection = false, other_weights = false;
+    float selection[kMaxLobes];
+    Color factors[kMaxLobes];  ///< of the weights
+  };
+  void turn(Vec3 wo, bool with_layers, Turned& turned) const;
+  /// The factors of the weights of all lobes in which layers for `wo` differ.
+  void layers_for(Vec3 wo, Color (&factors)[kMaxLobes]) const;
   float selection_for(int i, const float* recomputed) const {
     return recomputed ? recomputed[i] : lobes()[i].selection;
   }
@@ -377,10 +410,18 @@ class Bsdf {
   bool has_non_delta_ = false;
   bool single_lambert_ = false;
   bool has_subsurface_ = false;
+  bool bound_to_view_ = false, transmits_ = false;
   Vec3 prepared_wo_{0.0f}, receiving_normal_{0.0f};
   alignas(Lobe) unsigned char lobe_bytes_[kMaxLobes * sizeof(Lobe)];
   alignas(Layer) unsigned char layer_bytes_[kMaxLayers * sizeof(Layer)];
 };
+
+/// The lobes for `wo`. Needs bsdf.can_turn_to(wo).
+inline Bsdf turned_to(const Bsdf& bsdf, Vec3 wo) {
+  Bsdf turned = bsdf;
+  turned.turn_to(wo);
+  return turned;
+}
 
 /// Factor on f_cos for importance at surfaces with shading normals (Veach 1997, eq. 5.19): |wo.ns| |wi.ng| / (|wo.ng|
 /// |wi.ns|).

@@ -161,6 +161,7 @@ void add_portal(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 position,
   lobe.portal = true;
   lobe.f0 = position;
   lobe.f90 = size > 0.0f ? glm::normalize(direction / size) : -surface.wo;
+  if (!(size > 0.0f)) bsdf.bind_to_view();
   bsdf.add(lobe);
 }
 

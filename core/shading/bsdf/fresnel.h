@@ -11,11 +11,13 @@ namespace ajar::fresnel {
 
 /// The reflectance of a dielectric for unpolarised light; 1 beyond the critical angle.
 inline float dielectric(float cos_incident, float eta) {
-  const float sin2_transmitted = (1.0f - cos_incident * cos_incident) / (eta * eta);
-  if (!(sin2_transmitted < 1.0f)) return 1.0f;
-  const float cos_transmitted = std::sqrt(1.0f - sin2_transmitted);
-  const float perpendicular = (cos_incident - eta * cos_transmitted) / (cos_incident + eta * cos_transmitted);
-  const float parallel = (eta * cos_incident - cos_transmitted) / (eta * cos_incident + cos_transmitted);
+  const float eta2 = eta * eta, g2 = eta2 - 1.0f + cos_incident * cos_incident;
+  if (!(g2 > 0.0f)) return 1.0f;
+  const float g = std::sqrt(g2);  // eta times the cosine of the refracted ray
+  const float below_s = cos_incident + g, below_p = eta2 * cos_incident + g;
+  const float inverse = 1.0f / (below_s * below_p);
+  const float perpendicular = (cos_incident - g) * below_p * inverse,
+              parallel = (eta2 * cos_incident - g) * below_s * inverse;
   return 0.5f * (perpendicular * perpendicular + parallel * parallel);
 }
 
@@ -34,8 +36,9 @@ inline float schlick(float cosine) {
 
 /// The relative position of the exact dielectric curve between its value at normal incidence (0) and 1 (1).
 inline float dielectric_position(float cos_incident, float eta) {
-  const float f0 = f0_from_eta(eta);
-  return f0 < 1.0f ? saturate((dielectric(cos_incident, eta) - f0) / (1.0f - f0)) : 0.0f;
+  // (F - f0) / (1 - f0), times (eta + 1)^2 above and below, which is (eta - 1)^2 / f0.
+  return eta > 0.0f ? saturate((dielectric(cos_incident, eta) * sqr(eta + 1.0f) - sqr(eta - 1.0f)) / (4.0f * eta))
+                    : 0.0f;
 }
 
 /// The cosine of 82 degrees, as the F82 model defines it.

@@ -152,9 +152,10 @@ Color scaled_compensation(const Lobe& lobe, float cos_eye, float eta_eye) {
 /// Light that bounces between smooth facets stays near the mirror direction; between rough facets it leaves in any
 /// direction.
 struct MixedCompensation {
-  float scale;          ///< factor on single scattering, minus 1
-  float diffuse;        ///< value of the diffuse part times the cosine
-  float diffuse_share;  ///< fraction of the samples that are drawn from the diffuse part
+  float scale;    ///< factor on single scattering, minus 1
+  float diffuse;  ///< value of the diffuse part times the cosine
+  /// Fraction of the samples that are drawn from the diffuse part, and the same from wi
+  float diffuse_share, diffuse_share_back;
 };
 MixedCompensation mixed_compensation(const Lobe& lobe, float cos_o, float cos_i, float cos_eye) {
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y), diffuse = std::sqrt(alpha);
@@ -163,7 +164,7 @@ MixedCompensation mixed_compensation(const Lobe& lobe, float cos_o, float cos_i,
   const float lost_mean = std::max(1.0f - albedo_table::ggx_correlated_mean(alpha), 1e-6f);
   const float lost_eye = cos_eye == cos_o ? lost_o : lost_i;
   return {(1.0f - diffuse) * lost_eye / (1.0f - lost_eye), diffuse * kInvPi * cos_i * lost_o * lost_i / lost_mean,
-          diffuse * lost_o};
+          diffuse * lost_o, diffuse * lost_i};
 }
 
 /// A thin sheet of glass whose absorption along the normal is `transmission_tint`. Light bounces inside it: with
@@ -194,7 +195,9 @@ Color normal_fresnel(const Lobe& lobe, float cos_eye, float eta_eye) {
   }
 }
 
-LobeValue reflect_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode mode, float eta) {
+/// `pdf_back`: receives the density from wi to wo; not for the distribution of Ashikhmin and Shirley, or Gtr1.
+LobeValue reflect_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode mode, float eta,
+                             float* pdf_back = nullptr) {
   const Vec3 sum = wo + wi;
   const float length = std::sqrt(length_squared(sum));
   if (!(length > 0.0f)) return {};
@@ -207,14 +210,17 @@ LobeValue reflect_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
     pdf = density / (4.0f * cos_facet);
     f_cos = pdf * wi.z / std::max(wo.z, wi.z);
   } else {
-    const float common = 0.25f * density, masking_o = masking_over_cos(lobe, wo);
-    f_cos = common * wi.z * masking_over_cosines(lobe, masking_o, masking_over_cos(lobe, wi), wo.z, wi.z);
+    const float common = 0.25f * density, masking_o = masking_over_cos(lobe, wo),
+                masking_i = masking_over_cos(lobe, wi);
+    f_cos = common * wi.z * masking_over_cosines(lobe, masking_o, masking_i, wo.z, wi.z);
+    if (pdf_back) *pdf_back = common * masking_i;
     pdf = common * (lobe.microfacet == Microfacet::Gtr1 ? m.z / cos_facet : masking_o);
   }
   Color color = lobe.weight * f_cos;
   if (lobe.kind == LobeKind::MicrofacetGlass) {
     const Split for_wo = split_glass(lobe, cos_facet, wo.z, eta);
     pdf *= for_wo.probability_reflected;
+    if (pdf_back) *pdf_back *= split_glass(lobe, cos_facet, wi.z, eta).probability_reflected;
     color *= mode == TransportMode::Radiance ? for_wo.reflected : split_glass(lobe, cos_facet, wi.z, eta).reflected;
   } else {
     color *= fresnel_color(lobe, cos_facet, eta) * normal_fresnel(lobe, cos_eye, eta);
@@ -225,6 +231,7 @@ LobeValue reflect_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
     color = color * (1.0f + lobe.multiple_scattering * added.scale) +
             lobe.weight * lobe.mean_fresnel * lobe.multiple_scattering * added.diffuse;
     pdf = glm::mix(pdf, wi.z * kInvPi, added.diffuse_share);
+    if (pdf_back) *pdf_back = glm::mix(*pdf_back, wo.z * kInvPi, added.diffuse_share_back);
   }
   return {color, pdf};
 }
@@ -410,6 +417,25 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
   }
   return reflection ? reflect_microfacet(lobe, local_o, local_i, mode, eta)
                     : refract_microfacet(lobe, local_o, local_i, mode, eta);
+}
+
+bool shares_evaluation(const Lobe& lobe) {
+  if (lobe.ignores_eye) return false;
+  if (lobe.kind == LobeKind::Diffuse) return true;
+  return (lobe.kind == LobeKind::MicrofacetReflection || lobe.kind == LobeKind::MicrofacetGlass) &&
+         (lobe.microfacet == Microfacet::Ggx || lobe.microfacet == Microfacet::Beckmann);
+}
+
+LobeValue evaluate_reflection(const Lobe& lobe, Vec3 wo, Vec3 wi, bool flipped, float& pdf_back) {
+  const float cos_o = glm::dot(lobe.frame.n, wo), cos_i = glm::dot(lobe.frame.n, wi);
+  pdf_back = 0.0f;
+  if (!(cos_o > 0.0f && cos_i > 0.0f)) return {};
+  if (lobe.kind != LobeKind::Diffuse)
+    return reflect_microfacet(lobe, lobe.frame.to_local(wo), lobe.frame.to_local(wi), TransportMode::Radiance,
+                              eta_from(lobe, flipped), &pdf_back);
+  pdf_back = cos_o * kInvPi;
+  const Color f = lobe.roughness > 0.0f ? rough_diffuse(lobe, cos_o, cos_i, glm::dot(wo, wi)) : lobe.weight * kInvPi;
+  return {f * cos_i, cos_i * kInvPi};
 }
 
 bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMode mode, bool flipped,

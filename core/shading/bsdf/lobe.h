@@ -23,6 +23,10 @@ struct LobeSample {
 /// Value and density of a non-delta lobe, without the layers above it. `reflection`: wi is on wo's side of the
 /// geometric normal.
 LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, TransportMode mode, bool flipped);
+/// Whether evaluate_reflection is for this lobe.
+bool shares_evaluation(const Lobe& lobe);
+/// evaluate_lobe for reflection and radiance, and the density of evaluate_lobe from wi to wo.
+LobeValue evaluate_reflection(const Lobe& lobe, Vec3 wo, Vec3 wi, bool flipped, float& pdf_back);
 /// Samples any lobe. Returns false if there is no direction for these random numbers. `u_branch` chooses between the
 /// branches of a glass lobe.
 bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMode mode, bool flipped,

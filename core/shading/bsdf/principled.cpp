@@ -126,14 +126,19 @@ void add_below(Bsdf& bsdf, const Below& below, Lobe& lobe) {
   bsdf.add(lobe);
 }
 
+/// Where less of the light passes a layer, the lobes below are not made from it for other directions.
+constexpr float kLeastTransmittance = 1e-3f;
+
 /// Adds the lobe as a layer that covers the lobes added after it.
 void add_covering(Bsdf& bsdf, const Surface& surface, Below& below, Lobe& lobe, float tint_share, Color tint) {
   add_below(bsdf, below, lobe);
-  Layer layer{lobe, tint_share, tint};
+  Layer layer{lobe, tint_share, tint, Color(1.0f)};
   // The weight of a layer is relative to the light that reaches it.
   for (int i = 0; i < 3; ++i) layer.lobe.weight[i] = below.weight[i] > 0.0f ? lobe.weight[i] / below.weight[i] : 0.0f;
+  const Color passes = layer.in_weights = layer.transmittance(surface.wo);
   below.layers |= bsdf.add_layer(layer);
-  below.weight *= layer.transmittance(surface.wo);
+  if (!(std::min({passes.x, passes.y, passes.z}) > kLeastTransmittance)) bsdf.bind_to_view();
+  below.weight *= passes;
 }
 
 bool compensated_v2(const PrincipledInputs& in) { return in.distribution == Distribution::MultiGgx; }
@@ -217,6 +222,7 @@ void add_thin_glass_v2(Bsdf& bsdf, const Surface& surface, const Below& below, f
   lobe.compensation = Compensation::None;
   set_roughness(lobe, through, through);
   if (lobe.is_delta()) {
+    bsdf.bind_to_view();
     Lobe straight = make_lobe(LobeKind::Transparent, lobe_scattered(lobe, glm::dot(in.normal, surface.wo)), in.normal);
     add_below(bsdf, below, straight);
     return;

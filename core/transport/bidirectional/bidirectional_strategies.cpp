@@ -237,14 +237,16 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
   if ((only_strategy >= 0 && only_strategy != s) || leaves_class(t, light_[1].edge)) return;
   if (is_limited(light_[0].vertex, s + t - 3)) return;
   PathEdge edge = join(a, b);
-  if (!(edge.inverse_square > 0.0f)) return;
+  if (!(edge.inverse_square > 0.0f) || !may_scatter_to(b, -edge.to_eye) || !may_scatter_to(a, edge.to_eye)) return;
+  // A ray takes less time than the lobes of both ends. A walk through volumes takes more.
+  if (!media && !look_along({scene_, media}, a, b, edge, rays_)) return;
   Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
   if (to.stays) at_b.f = staying_[size_t(t - 1)].shading.bsdf.evaluate(b.point.wo, -edge.to_eye).f_cos;
   if (is_black(at_b.f)) return;
   Scattering at_a = scatter(a, edge.to_eye, a.point.wo, false, guide);
   if (s == 2) at_a.f = visible_part(scene_, light_[0].vertex, a, edge.to_eye, a.point.wo, false, at_a.f);
   Color contribution = from.beta * at_a.f * at_b.f * to.beta * edge.to_light_area();
-  if (is_black(contribution) || !look_along({scene_, media}, a, b, edge, rays_)) return;
+  if (is_black(contribution) || (media && !look_along({scene_, media}, a, b, edge, rays_))) return;
   contribution *= weight_of_first_edge(s, at_a);
 
   Densities d;

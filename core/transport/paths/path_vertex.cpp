@@ -51,7 +51,13 @@ bool bends_normal(const ShadingPoint& point, Vec3 wo) {
 }
 
 bool depends_on_view(const ShaderProgram& program, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wo) {
-  return program.depends_on_view() || (point.ns != point.ng && (bends_normal(point, wo) || bsdf.n != point.ns));
+  return program.view_dependence() != ShaderProgram::ViewDependence::None ||
+         (point.ns != point.ng && (bends_normal(point, wo) || bsdf.n != point.ns));
+}
+
+bool turns_to(const ShaderProgram& program, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wo) {
+  return program.view_dependence() != ShaderProgram::ViewDependence::Direction && !on_strand_or_point(point) &&
+         bsdf.can_turn_to(wo);
 }
 
 namespace {
@@ -61,10 +67,15 @@ class BsdfFor {
  public:
   BsdfFor(const PathVertex& vertex, Vec3 wo, bool depends_on_view) : bsdf_(&vertex.shading.bsdf) {
     if (!depends_on_view || wo == vertex.point.wo) return;
+    bsdf_ = &shading_.bsdf;
+    if (turns_to(*vertex.program, vertex.point, vertex.shading.bsdf, wo)) {
+      shading_.bsdf = vertex.shading.bsdf;
+      shading_.bsdf.turn_to(wo);
+      return;
+    }
     const ShadingPoint point = turned_towards(vertex.point, wo);
     vertex.program->evaluate_surface(point, shading_);
     shading_.bsdf.remove_transparency(wo);
-    bsdf_ = &shading_.bsdf;
   }
   const Bsdf* operator->() const { return bsdf_; }
   const Bsdf& operator*() const { return *bsdf_; }
@@ -77,6 +88,18 @@ class BsdfFor {
 /// Whether the lobes can differ if they are made for `wo`.
 bool depends_on_view(const PathVertex& vertex, Vec3 wo) {
   return !vertex.exit && depends_on_view(*vertex.program, vertex.point, vertex.shading.bsdf, wo);
+}
+
+/// The scattering at a surface vertex by lobes that are not delta. `differ`: they differ for the two directions.
+Bsdf::PairEvaluation evaluate_pair(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool differ) {
+  const Bsdf& bsdf = vertex.shading.bsdf;
+  const auto follow = [&](Vec3 wo) {
+    return wo == vertex.point.wo || turns_to(*vertex.program, vertex.point, bsdf, wo);
+  };
+  if (!differ || (follow(to_eye) && follow(to_light))) return bsdf.evaluate_pair(to_eye, to_light, differ);
+  const BsdfFor from_eye(vertex, to_eye, differ), from_light(vertex, to_light, differ);
+  const Bsdf::Evaluation forward = from_eye->evaluate(to_eye, to_light);
+  return {forward.f_cos, forward.pdf_solid_angle, from_light->evaluate(to_light, to_eye).pdf_solid_angle};
 }
 
 /// d(to_light) / d(to_eye) of a refraction with the relative index eta from the eye's side to the light's: n^2 cos dw
@@ -122,17 +145,17 @@ Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool sp
   if (vertex.leaves_sphere_inwards(to_eye)) [[unlikely]]
     return {};
   const bool differ = depends_on_view(vertex, to_eye) || depends_on_view(vertex, to_light);
-  const BsdfFor from_eye(vertex, to_eye, differ), from_light(vertex, to_light, differ);
   const float free = guide && vertex.connectable() ? 1.0f - guide->share_at(vertex.position()) : 1.0f;
   Scattering s;
   if (!specular) {
-    const Bsdf::Evaluation forward = from_eye->evaluate(to_eye, to_light);
-    s.f = forward.f_cos;
-    s.pdf_to_light = forward.pdf_solid_angle;
-    s.pdf_to_eye = from_light->evaluate(to_light, to_eye).pdf_solid_angle;
+    const Bsdf::PairEvaluation pair = evaluate_pair(vertex, to_eye, to_light, differ);
+    s.f = pair.f_cos;
+    s.pdf_to_light = pair.pdf_to_light;
+    s.pdf_to_eye = pair.pdf_to_eye;
     s.pdf_walk_to_eye = free < 1.0f ? free * s.pdf_to_eye + guide->pdf_at(vertex.position(), to_eye) : s.pdf_to_eye;
     return s;
   }
+  const BsdfFor from_eye(vertex, to_eye, differ), from_light(vertex, to_light, differ);
   const Bsdf::SpecularEvaluation forward = from_eye->evaluate_specular(to_eye, to_light);
   const Bsdf::SpecularEvaluation back = from_light->evaluate_specular(to_light, to_eye);
   const float jacobian = refraction_jacobian(to_eye, to_light, forward.eta);

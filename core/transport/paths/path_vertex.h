@@ -156,6 +156,12 @@ Bsdf lobes_towards(const PathVertex& vertex, Vec3 wo);
 /// The scattering at a surface vertex. It is exact for both directions of travel, no matter from which end the vertex
 /// was found.
 Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular, const LightWalkGuide* guide);
+/// Whether a vertex may scatter light in this direction: false if all of its lobes reflect, and the direction is behind
+/// the surface.
+inline bool may_scatter_to(const PathVertex& vertex, Vec3 direction) {
+  return vertex.kind != VertexKind::Surface || vertex.shading.bsdf.transmits_light() ||
+         glm::dot(vertex.shading.bsdf.ng, direction) > 0.0f;
+}
 /// The receiver set of a vertex.
 inline uint32_t receiver_set(const PathVertex& vertex) {
   return vertex.kind == VertexKind::Medium ? vertex.media.receiver_set : receiver_set(vertex.point);
@@ -234,6 +240,8 @@ ShadingPoint turned_towards(const ShadingPoint& point, Vec3 wo);
 bool bends_normal(const ShadingPoint& point, Vec3 wo);
 /// Whether the lobes of a surface, `bsdf`, can differ if they are made for the direction `wo`.
 bool depends_on_view(const ShaderProgram& program, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wo);
+/// Whether those for `wo` follow from `bsdf` (Bsdf::turn_to), so that the shader need not be evaluated again.
+bool turns_to(const ShaderProgram& program, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wo);
 
 /// Finds the surfaces and media between the two ends and sets transmittance and pass. Returns false if the edge is blocked.
 /// Counts its rays.

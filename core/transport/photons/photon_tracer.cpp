@@ -411,8 +411,8 @@ class BlockTracer {
     return sample;
   }
 
-  /// The value f |cos| of the sample for the transport of light. Lobes that depend on the view are made again for the
-  /// eye, which the photon approaches; those of `bsdf` were made for the direction of the light.
+  /// The value f |cos| of the sample for the transport of light. Lobes that depend on the view are made for the eye,
+  /// which the photon approaches; those of `bsdf` were made for the direction of the light.
   Color towards_eye(const ShaderProgram& program, const ShadingPoint& point, const Bsdf& bsdf, bool rough,
                     const BsdfSample& sample) const {
     if (sample.flags & kTransparent) return sample.f_cos;
@@ -422,6 +422,8 @@ class BlockTracer {
         return light_towards_eye(point, bsdf, sample.wi);
       return sample.f_cos * shading_normal_correction(bsdf, point.wo, sample.wi);
     }
+    if (turns_to(program, point, bsdf, sample.wi))
+      return light_towards_eye(point, turned_to(bsdf, sample.wi), sample.wi);
     SurfaceShading seen;
     program.evaluate_surface(turned_towards(point, sample.wi), seen);
     const LobeSplit split(seen.bsdf, sample.wi, on_strand_or_point(point));

@@ -182,7 +182,7 @@ TEST(ShaderProgram, the_hair_model_of_huang_is_transparent_only_if_it_is_not_rou
     const ShaderProgram program = compile(g.graph, &diagnostics);
     EXPECT_TRUE(diagnostics.empty());
     EXPECT_EQ(program.may_be_transparent(), aspect != 1.0f);
-    EXPECT_EQ(program.depends_on_view(), aspect != 1.0f);
+    EXPECT_EQ(program.view_dependence() == ShaderProgram::ViewDependence::Direction, aspect != 1.0f);
     ShadingPoint point;
     point.wo = point.ng = point.ns = Vec3(0, 0, 1);
     point.dpdu = Vec3(1, 0, 0);
