@@ -126,15 +126,11 @@ double unseen_noise_of(const PilotImages& pilot, const PilotImages& other, const
 }
 
 size_t clearly_best(const std::vector<PilotNoise>& techniques) {
-  return clearly_best(techniques, std::vector<double>(techniques.size(), kClearlyBetter));
-}
-
-size_t clearly_best(const std::vector<PilotNoise>& techniques, const std::vector<double>& factors) {
   size_t best = 0;
-  const auto by_both = [&](size_t k) { return techniques[k].whole * factors[k] * techniques[k].typical * factors[k]; };
+  const auto by_both = [&](size_t k) { return techniques[k].whole * techniques[k].typical; };
   for (size_t k = 1; k < techniques.size(); ++k) {
     if (!(by_both(k) > 0.0)) continue;  // nearly nothing was found
-    if (techniques[k].whole * factors[k] >= techniques[0].whole || techniques[k].typical >= techniques[0].typical)
+    if (techniques[k].whole * kClearlyBetter >= techniques[0].whole || techniques[k].typical >= techniques[0].typical)
       continue;
     if (best == 0 || by_both(k) < by_both(best)) best = k;
   }

@@ -51,9 +51,7 @@ double unseen_noise_of(const PilotImages& pilot, const PilotImages& other, const
 /// shows this advantage least.
 constexpr double kClearlyBetter = 1.6;
 /// Index of the best technique: the first, unless others are clearly better, also without the worst pixels. Of these,
-/// it is the best one by both sums times its factor. `factors`: how much better each must be.
-size_t clearly_best(const std::vector<PilotNoise>& techniques, const std::vector<double>& factors);
-/// The same, with kClearlyBetter for all.
+/// it is the best one by both sums.
 size_t clearly_best(const std::vector<PilotNoise>& techniques);
 /// Whether a technique has more than `factor` times the noise of the first, by both sums, so that similar ones need not be
 /// tried.

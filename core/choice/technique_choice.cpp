@@ -22,21 +22,24 @@ struct Candidate {
   double ray_cost;  ///< of one ray and its work, relative to path tracing (docs/benchmarks/auto.md)
   /// relMSE of long renders over the prediction from short ones: rare bright starts that no pilot had (same page)
   double tail;
-  bool unbiased;   ///< except for the blur of vertex merging, which is ignored
-  bool spreads;    ///< a chain spreads light over neighbouring pixels
-  int samples;     ///< of each of the pilot's two images: fewer if a sample brings photons for the whole image
-  bool photons;    ///< of the pilot: as many for each pixel as in the render
-  double kept;     ///< minimum part of the noise of pixels that a denoiser keeps
-  double clearly;  ///< how much better than the first it must be if the image will be denoised
+  bool unbiased;  ///< except for the blur of vertex merging, which is ignored
+  bool spreads;   ///< a chain spreads light over neighbouring pixels
+  int samples;    ///< of each of the pilot's two images: fewer if a sample brings photons for the whole image
+  bool photons;   ///< of the pilot: as many for each pixel as in the render
+  double kept;    ///< minimum part of the noise of pixels that a denoiser keeps
+  /// The gain over path tracing that is to be expected after denoising, if the pilot predicts g: gain * g^trust. The
+  /// prediction is uncertain, so that the expected gain is between it and the mean (docs/research/auto.md).
+  double gain, trust;
 };
-constexpr Candidate kPath{"path tracing", "path", 1.0, 1.75, true, false, 4, false, 0.0, 1.0},
-    kChains{"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, false, 0.1, 4.0},
-    kPhotons{"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, true, 0.03, 1.6},
-    kBidirectional{"bidirectional path tracing", "bdpt", 1.7, 1.5, true, false, 2, false, 0.0, 2.0};
+constexpr Candidate kPath{"path tracing", "path", 1.0, 1.75, true, false, 4, false, 0.0, 1.0, 1.0},
+    kChains{"energy redistribution", "erpt", 1.5, 1.5, true, true, 4, false, 0.1, 0.0, 0.0},
+    kPhotons{"photon mapping", "photon_map", 2.0, 0.85, false, false, 1, true, 0.03, 1.0, 0.2},
+    kBidirectional{"bidirectional path tracing", "bdpt", 1.3, 1.5, true, false, 2, false, 0.0, 0.8, 0.5};
 /// In the order of the trials. The first is the default. If the second is hopeless, it is the last that is tried.
-/// The noise of bidirectional path tracing is large but not correlated, so that it is only tried for a denoised image.
+/// The noise of bidirectional path tracing is large but not correlated, so that it is only tried for a denoised image;
+/// that of chains is correlated, so that it is not tried then.
 constexpr std::array kOrder{&kPath, &kChains, &kPhotons};
-constexpr std::array kOrderIfDenoised{&kPath, &kPhotons, &kChains, &kBidirectional};
+constexpr std::array kOrderIfDenoised{&kPath, &kPhotons, &kBidirectional};
 /// The second technique is hopeless if it has this many times the noise of path tracing. The prediction for photons in
 /// a denoised image spreads by a factor of three (docs/research/auto.md). Photons are only judged so if path tracing
 /// finds most of the light.
@@ -66,8 +69,10 @@ constexpr double kEasyRelmse = 0.05;
 /// is not measured then.
 constexpr double kModerateRelmse = 0.3;
 
-/// Techniques take part in the render if their predicted error is at most this many times that of the best one.
-constexpr double kMaxRatio = 4.0;
+/// A denoised image is path traced unless the expected gain of another technique is this.
+constexpr double kLeastGain = 1.15;
+/// Techniques take part in the render if their expected error is at most this many times that of the best one.
+constexpr double kMaxRatio = 2.5;
 /// Rays per pixel of the render below which a trial of several techniques would be too short to judge them.
 constexpr double kLeastRays = 1000.0;
 /// Share of the work of the render after which the techniques share the rest by their errors.
@@ -307,13 +312,32 @@ Trials run_trials(const Tried& tried, std::span<const Candidate* const> candidat
   return all;
 }
 
-/// Predicted error of a technique, by both sums, times the factor by which it must be better than path tracing.
-double weighed(const PilotNoise& cost, double factor) { return factor * std::sqrt(cost.whole * cost.typical); }
+/// The expected gains of the techniques over path tracing, after denoising.
+std::vector<double> expected_gains(const std::vector<TechniqueTrial>& trials,
+                                   std::span<const Candidate* const> candidates) {
+  const auto product = [](const PilotNoise& cost) { return cost.whole * cost.typical; };
+  std::vector<double> gains;
+  for (size_t k = 0; k < trials.size(); ++k) {
+    const double of_path = product(trials[0].cost), own = product(trials[k].cost);
+    // A technique without noise has found nearly nothing.
+    const double predicted = own > 0.0 && of_path > 0.0 ? std::sqrt(of_path / own) : 0.0;
+    gains.push_back(k == 0 ? 1.0 : candidates[k]->gain * std::pow(predicted, candidates[k]->trust));
+    if (k > 0 && !(predicted > 0.0)) gains.back() = 0.0;
+  }
+  return gains;
+}
+
+/// The index of the best technique for a denoised image.
+size_t best_expected(const std::vector<double>& gains) {
+  const auto best = std::max_element(gains.begin(), gains.end());
+  return *best >= kLeastGain ? size_t(best - gains.begin()) : 0;
+}
 
 /// The techniques that render the image, the best one first; none if the others are predicted to be much worse, if the
 /// render is short, or if denoising a second image would take too much of it. `rays`: of path tracing with the samples of the render.
 Learned::Mixed mixed_techniques(const std::vector<TechniqueTrial>& trials, std::span<const Candidate* const> candidates,
-                                size_t best, const RenderSettings& asked, double rays) {
+                                const std::vector<double>& gains, size_t best, const RenderSettings& asked,
+                                double rays) {
   const double pixels = double(asked.width) * asked.height;
   const DenoiseQuality quality = denoise_quality_for(rays, 2.0 * pixels, 0.0, true);
   if (rays < kLeastRays * pixels || (quality != DenoiseQuality::High && quality != DenoiseQuality::Balanced)) return {};
@@ -323,11 +347,8 @@ Learned::Mixed mixed_techniques(const std::vector<TechniqueTrial>& trials, std::
     if (noise > 0.0) mixed.techniques.push_back({candidates[k]->integrator, 0.0, candidates[k]->ray_cost, noise});
   };
   add(best);
-  const double least = weighed(trials[best].cost, candidates[best]->clearly);
-  for (size_t k = 0; k < trials.size(); ++k) {
-    const double error = weighed(trials[k].cost, candidates[k]->clearly);
-    if (k != best && error > 0.0 && error <= kMaxRatio * least) add(k);
-  }
+  for (size_t k = 0; k < trials.size(); ++k)
+    if (k != best && kMaxRatio * gains[k] >= gains[best]) add(k);
   if (mixed.techniques.size() < 2 || mixed.techniques[0].integrator != candidates[best]->integrator) return {};
   for (auto& technique : mixed.techniques) technique.share = 1.0 / double(mixed.techniques.size());
   mixed.trial_work = kTrialShare * rays;
@@ -411,15 +432,13 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     return choice;
   }
   std::vector<PilotNoise> costs;
-  std::vector<double> factors;
-  for (const TechniqueTrial& trial : choice.trials) {
-    factors.push_back(asked.denoised ? candidates[costs.size()]->clearly : kClearlyBetter);
-    costs.push_back(trial.cost);
-  }
-  const size_t best = clearly_best(costs, factors);
+  for (const TechniqueTrial& trial : choice.trials) costs.push_back(trial.cost);
+  std::vector<double> gains;
+  if (asked.denoised) gains = expected_gains(choice.trials, candidates);
+  const size_t best = asked.denoised ? best_expected(gains) : clearly_best(costs);
   choice.settings.integrator = candidates[best]->integrator;
   if (may_mix && asked.denoised && can_mix(asked.passes))
-    choice.mixed = mixed_techniques(choice.trials, candidates, best, asked, all.rays_asked);
+    choice.mixed = mixed_techniques(choice.trials, candidates, gains, best, asked, all.rays_asked);
   // Guiding makes the independent noise of path tracing smaller, and is measured before it is used.
   const bool uses_paths = best == 0 || std::any_of(choice.mixed.techniques.begin(), choice.mixed.techniques.end(),
                                                    [](const auto& t) { return t.integrator == kPath.integrator; });
