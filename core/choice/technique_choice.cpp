@@ -43,7 +43,7 @@ constexpr std::array kOrderIfDenoised{&kPath, &kPhotons, &kBidirectional};
 /// The second technique is hopeless if it has this many times the noise of path tracing. The prediction for photons in
 /// a denoised image spreads by a factor of three (docs/research/auto.md). Photons are only judged so if path tracing
 /// finds most of the light.
-constexpr double kHopelessChains = 1.25, kHopelessPhotons = 3.0;
+constexpr double kHopelessChains = 1.25, kHopelessPhotons = 2.4;
 constexpr int kPilotPixels = 12288, kMinPixels = 768;
 constexpr int kPilotSamples = 2 * kPath.samples;  // of path tracing
 /// Maximum share of the pilot in the requested samples.

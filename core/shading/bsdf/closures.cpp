@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shading/bsdf/albedo_table.h"
 #include "shading/bsdf/closure_parts.h"
-#include "shading/bsdf/fresnel.h"
+#include "shading/models/albedo_table.h"
+#include "shading/models/fresnel.h"
 
 namespace ajar::closures {
 

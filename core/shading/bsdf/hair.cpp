@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "shading/bsdf/fresnel.h"
 #include "shading/bsdf/huang.h"
+#include "shading/models/fresnel.h"
 
 namespace ajar::hair {
 namespace {

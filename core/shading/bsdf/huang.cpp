@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "math/random.h"
-#include "shading/bsdf/albedo_table.h"
-#include "shading/bsdf/fresnel.h"
-#include "shading/bsdf/microfacet.h"
+#include "shading/models/albedo_table.h"
+#include "shading/models/fresnel.h"
+#include "shading/models/microfacet.h"
 
 namespace ajar::hair {
 namespace {

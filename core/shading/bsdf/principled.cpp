@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "shading/bsdf/closure_parts.h"
-#include "shading/bsdf/fresnel.h"
 #include "shading/bsdf/lobe.h"
 #include "shading/bsdf/thin_film.h"
+#include "shading/models/fresnel.h"
 
 namespace ajar::closures {
 namespace {

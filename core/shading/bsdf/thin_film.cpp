@@ -6,7 +6,7 @@
 #include <complex>
 
 #include "math/observer.h"
-#include "shading/bsdf/fresnel.h"
+#include "shading/models/fresnel.h"
 
 namespace ajar::thin_film {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "math/frame.h"
-#include "shading/bsdf/fresnel.h"
+#include "shading/models/fresnel.h"
 
 namespace ajar {
 

@@ -7,8 +7,8 @@
 #include "math/frame.h"
 #include "math/warps.h"
 #include "shading/bsdf/closure_parts.h"
-#include "shading/bsdf/fresnel.h"
-#include "shading/bsdf/microfacet.h"
+#include "shading/models/fresnel.h"
+#include "shading/models/microfacet.h"
 #include "transport/media/phase_function.h"
 #include "transport/media/subsurface_profile.h"
 

@@ -411,14 +411,12 @@ class BlockTracer {
     return sample;
   }
 
-  /// The value f |cos| of the sample for the transport of light. Lobes that depend on the view are made for the eye,
-  /// which the photon approaches; those of `bsdf` were made for the direction of the light.
+  /// f |cos| of the sample for light, by the lobes for the eye, which it approaches; `bsdf` was made for the light.
   Color towards_eye(const ShaderProgram& program, const ShadingPoint& point, const Bsdf& bsdf, bool rough,
                     const BsdfSample& sample) const {
     if (sample.flags & kTransparent) return sample.f_cos;
     if (sample.specular || !depends_on_view(program, point, bsdf, sample.wi)) [[likely]] {
-      const bool behind = glm::dot(sample.wi, bsdf.n) * glm::dot(sample.wi, point.ng) < 0.0f;
-      if (rough && behind) [[unlikely]]
+      if (rough && glm::dot(sample.wi, bsdf.n) * glm::dot(sample.wi, point.ng) < 0.0f) [[unlikely]]
         return light_towards_eye(point, bsdf, sample.wi);
       return sample.f_cos * shading_normal_correction(bsdf, point.wo, sample.wi);
     }

@@ -1,4 +1,4 @@
-#include "shading/bsdf/albedo_table.h"
+#include "shading/models/albedo_table.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include "math/random.h"
 #include "math/statistics.h"
 #include "math/warps.h"
-#include "shading/bsdf/sheen.h"
+#include "shading/models/sheen.h"
 
 namespace ajar::test_albedo_table {
 

@@ -1,5 +1,5 @@
 #include "shading/bsdf/bsdf.h"
-#include "shading/bsdf/diffuse.h"
+#include "shading/models/diffuse.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include "bsdf_fixtures.h"
 #include "graph_fixtures.h"
-#include "shading/bsdf/diffuse.h"
+#include "shading/models/diffuse.h"
 #include "shading/bsdf/lobe.h"
 #include "statistical.h"
 

@@ -1,4 +1,4 @@
-#include "shading/bsdf/fresnel.h"
+#include "shading/models/fresnel.h"
 
 #include <gtest/gtest.h>
 

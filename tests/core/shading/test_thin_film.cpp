@@ -5,7 +5,7 @@
 
 #include "bsdf_fixtures.h"
 #include "math/observer.h"
-#include "shading/bsdf/fresnel.h"
+#include "shading/models/fresnel.h"
 #include "shading/bsdf/thin_film.h"
 
 namespace ajar::test_thin_film {

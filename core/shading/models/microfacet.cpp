@@ -1,4 +1,4 @@
-#include "shading/bsdf/microfacet.h"
+#include "shading/models/microfacet.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "math/types.h"
-#include "shading/bsdf/fresnel.h"
+#include "shading/models/fresnel.h"
 
 namespace ajar::sheen {
 

@@ -1,11 +1,11 @@
-#include "shading/bsdf/albedo_table.h"
+#include "shading/models/albedo_table.h"
 
 #include <algorithm>
 #include <array>
 #include <memory>
 
-#include "shading/bsdf/fresnel.h"
-#include "shading/bsdf/microfacet.h"
+#include "shading/models/fresnel.h"
+#include "shading/models/microfacet.h"
 
 namespace ajar::albedo_table {
 namespace {

@@ -1,4 +1,4 @@
-#include "shading/bsdf/sheen.h"
+#include "shading/models/sheen.h"
 
 #include <algorithm>
 

@@ -8,7 +8,7 @@
 
 #include "description/bump_terminator.h"
 #include "math/types.h"
-#include "shading/bsdf/fresnel.h"
+#include "shading/models/fresnel.h"
 
 namespace ajar {
 
