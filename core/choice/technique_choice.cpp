@@ -437,7 +437,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   if (asked.denoised) gains = expected_gains(choice.trials, candidates);
   const size_t best = asked.denoised ? best_expected(gains) : clearly_best(costs);
   choice.settings.integrator = candidates[best]->integrator;
-  if (may_mix && asked.denoised && can_mix(asked.passes))
+  if (may_mix && asked.denoised && !all.finds_light && can_mix(asked.passes))
     choice.mixed = mixed_techniques(choice.trials, candidates, gains, best, asked, all.rays_asked);
   // Guiding makes the independent noise of path tracing smaller, and is measured before it is used.
   const bool uses_paths = best == 0 || std::any_of(choice.mixed.techniques.begin(), choice.mixed.techniques.end(),
@@ -446,8 +446,10 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   choice.name = candidates[best]->name;
   choice.reason = costs.size() == 1 ? "its error in the pilot is small"
                   : best == 0       ? "no other technique is clearly better"
-                                    : text(costs[0].whole / costs[best].whole) +
-                                    " times the efficiency of path tracing in a small picture";
+                  : asked.denoised
+                      ? "after denoising, path tracing is expected to have " + text(gains[best]) + " times its error"
+                      : text(costs[0].whole / costs[best].whole) +
+                            " times the efficiency of path tracing in a small picture";
   choice.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return choice;
 }
