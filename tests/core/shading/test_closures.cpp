@@ -4,8 +4,8 @@
 
 #include "bsdf_fixtures.h"
 #include "graph_fixtures.h"
-#include "shading/models/diffuse.h"
 #include "shading/bsdf/lobe.h"
+#include "shading/models/diffuse.h"
 #include "statistical.h"
 
 namespace ajar::test_closures {

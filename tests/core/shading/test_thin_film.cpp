@@ -5,8 +5,8 @@
 
 #include "bsdf_fixtures.h"
 #include "math/observer.h"
-#include "shading/models/fresnel.h"
 #include "shading/bsdf/thin_film.h"
+#include "shading/models/fresnel.h"
 
 namespace ajar::test_thin_film {
 
