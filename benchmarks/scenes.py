@@ -39,8 +39,8 @@ PROJECT_SCENES = [
 TECHNIQUE_SCENES = [
     Scene(name, PROJECT / "test_scenes" / f"{name}.blend", percentage)
     for name, percentage in (
-        ("keyhole", 30), ("bar", 30), ("kitchen", 30), ("room_fog", 30), ("room_hair", 30), ("room_motion", 30), ("room_skin", 30), ("rooms_panorama", 24), ("ocean", 30),
-        ("fur", 30), ("cloud", 30),
+        ("keyhole", 30), ("bar", 30), ("kitchen", 30), ("attic", 30), ("room_fog", 30), ("room_hair", 30), ("room_motion", 30), ("room_skin", 30),
+        ("rooms_panorama", 24), ("ocean", 30), ("fur", 30), ("cloud", 30),
     )
 ]
 

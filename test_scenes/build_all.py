@@ -6,7 +6,7 @@ import argparse
 import subprocess
 from pathlib import Path
 
-SCENES = ("checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights", "volume", "keyhole", "bar", "kitchen", "room_fog",
+SCENES = ("checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights", "volume", "keyhole", "bar", "kitchen", "attic", "room_fog",
           "room_hair", "room_motion", "room_skin", "rooms_panorama", "ocean", "fur", "cloud")
 
 
