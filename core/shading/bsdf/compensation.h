@@ -31,7 +31,7 @@ inline Color scaled_compensation(const Lobe& lobe, float cos_eye, float eta_eye)
 struct MixedCompensation {
   float scale;    ///< factor on single scattering, minus 1
   float diffuse;  ///< value of the diffuse part times the cosine
-  /// Fraction of the samples that are drawn from the diffuse part, and the same from wi
+  /// Fraction of the samples that are drawn from the diffuse part, and the same for samples from wi.
   float diffuse_share, diffuse_share_back;
 };
 inline MixedCompensation mixed_compensation(const Lobe& lobe, float cos_o, float cos_i, float cos_eye) {
