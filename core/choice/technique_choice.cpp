@@ -188,9 +188,9 @@ double unlit_share(const Scene& scene, const PilotImages& pilot) {
   return double(unlit) / (double(width) * double(height));
 }
 
-/// Changes the noise that a denoiser leaves of a technique without chains, so that its gain over the first technique is
-/// the geometric mean of the gains before and after denoising. What a denoiser leaves is uncertain in a small image;
-/// this mean comes closest to the gains of long renders (docs/research/auto.md).
+/// Changes the noise that a denoiser leaves of a technique, so that its gain over the first technique is the geometric
+/// mean of the gains before and after denoising. What a denoiser leaves is uncertain in a small image; this mean comes
+/// closest to the gains of long renders (docs/research/auto.md).
 void use_mean_gain(PilotNoise& after, const PilotNoise& after_first, const PilotNoise& before,
                    const PilotNoise& before_first) {
   const auto mean = [](double& left, double left_first, double noise, double noise_first) {
@@ -222,7 +222,7 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Tr
       const PilotNoise left = denoised_noise_of(pilots[k], light, small.width, small.height);
       shown[k].whole = std::max(left.whole, candidate.kept * noises[k].whole);
       shown[k].typical = std::max(left.typical, candidate.kept * noises[k].typical);
-      if (k > 0 && !candidate.spreads) use_mean_gain(shown[k], shown[0], noises[k], noises[0]);
+      if (k > 0) use_mean_gain(shown[k], shown[0], noises[k], noises[0]);
     }
 
     // Missed light is not a measure of the noise of chains, because neighbouring pixels share it. After denoising it stays

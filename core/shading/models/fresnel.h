@@ -11,7 +11,8 @@ namespace ajar::fresnel {
 
 /// The reflectance of a dielectric for unpolarised light; 1 beyond the critical angle.
 inline float dielectric(float cos_incident, float eta) {
-  const float eta2 = eta * eta, g2 = eta2 - 1.0f + cos_incident * cos_incident;
+  // Above this bound, everything is reflected up to rounding, and products of the terms would overflow.
+  const float eta2 = std::min(eta * eta, 1e20f), g2 = eta2 - 1.0f + cos_incident * cos_incident;
   if (!(g2 > 0.0f)) return 1.0f;
   const float g = std::sqrt(g2);  // eta times the cosine of the refracted ray
   const float below_s = cos_incident + g, below_p = eta2 * cos_incident + g;

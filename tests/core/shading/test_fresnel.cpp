@@ -15,6 +15,11 @@ TEST(Fresnel, values_at_normal_incidence_brewsters_angle_and_beyond_the_critical
   EXPECT_NEAR(fresnel::dielectric(0.3f, 1.0f), 0.0f, 1e-12f);
 }
 
+TEST(Fresnel, extreme_indices_reflect_everything) {
+  for (const float eta : {1e10f, 1e15f, 1e20f, 1e30f, 1e-20f, 0.0f})
+    for (const float cosine : {0.0f, 0.5f, 1.0f}) EXPECT_NEAR(fresnel::dielectric(cosine, eta), 1.0f, 1e-5f) << eta;
+}
+
 TEST(Fresnel, both_sides_of_a_boundary_have_the_same_reflectance) {
   for (float eta : {1.1f, 1.5f, 2.4f})
     for (float c = 0.05f; c <= 1.0f; c += 0.05f) {
