@@ -172,11 +172,14 @@ auto maker(MeshDescription (*)(const Arguments&...)) {
   return &make_mesh<Arguments...>;
 }
 
+/// The fields of ObjectProperty.
+using Property = std::tuple<std::string, bool, Vec4, int>;
+
 int add_object(SceneDescription& description, const std::string& name, int mesh, const std::vector<int>& materials,
                uint32_t visibility, bool holdout, bool shadow_catcher, int pass_index, Vec4 color, float importance,
-               float shadow_terminator_offset, float light_importance,
-               const std::vector<std::tuple<std::string, bool, Vec4>>& properties, int receiver_set, int blocker_set,
-               uint64_t receivers, uint32_t blockers, const std::string& asset, const std::string& light_group) {
+               float shadow_terminator_offset, float light_importance, const std::vector<Property>& properties,
+               int receiver_set, int blocker_set, uint64_t receivers, uint32_t blockers, const std::string& asset,
+               const std::string& light_group) {
   if (receiver_set < 0 || receiver_set >= LightLinks::kReceiverSets)
     throw py::value_error("receiver_set of '" + name + "' must be 0 to RECEIVER_SETS - 1");
   if (blocker_set < 0 || blocker_set >= LightLinks::kBlockerSets)
@@ -198,8 +201,8 @@ int add_object(SceneDescription& description, const std::string& name, int mesh,
                                  {receivers, blockers},
                                  asset,
                                  light_group});
-  for (const auto& [property, of_instancer, value] : properties)
-    description.objects.back().properties.push_back({property, of_instancer, value});
+  for (const auto& [property, of_instancer, value, column] : properties)
+    description.objects.back().properties.push_back({property, of_instancer, value, column});
   return index_of_last(description.objects.size());
 }
 
@@ -235,6 +238,22 @@ void set_origins(SceneDescription& description, const Array<int32_t>& instances,
     description.instance_origins.push_back(
         {vector(0), {row[3], row[4]}, row[5], row[6], row[7], row[8], vector(9), vector(12), vector(15)});
   }
+}
+
+/// Sets the values that Attribute nodes read from the instancer for instances that have values of their own.
+void set_instance_values(SceneDescription& description, const Array<int32_t>& instances, int columns,
+                         const Floats& values) {
+  const size_t count = check_rows(instances, 1, "instances");
+  if (columns < 1) throw py::value_error("columns must be at least 1");
+  if (check_rows(values, 4 * size_t(columns), "values") != count)
+    throw py::value_error("values must have one row of 4 * columns numbers per instance");
+  InstanceValues& all = description.instance_values;
+  if (!all.values.empty() && all.columns != columns) throw py::value_error("columns must be the same in each call");
+  const int first = int(all.values.size() / size_t(columns));
+  for (size_t i = 0; i < count; ++i) description.instances.at(size_t(instances.data()[i])).values = first + int(i);
+  all.columns = columns;
+  for (const float* value = values.data(); value < values.data() + values.size(); value += 4)
+    all.values.emplace_back(value[0], value[1], value[2], value[3]);
 }
 
 /// Sets the keys of instances that move while the shutter is open.
@@ -538,13 +557,14 @@ void bind_geometry(py::module_& module) {
       .def_property_readonly(
           "properties",
           [](const ObjectDescription& o) {
-            std::vector<std::tuple<std::string, bool, Vec4>> found;
+            std::vector<Property> found;
             for (const ObjectProperty& property : o.properties)
-              found.emplace_back(property.name, property.of_instancer, property.value);
+              found.emplace_back(property.name, property.of_instancer, property.value, property.column);
             return found;
           },
-          "list of (str, bool, tuple of 4 floats). The values for Attribute nodes: name, whether the value belongs to "
-          "the instancer, value.");
+          "list of (str, bool, tuple of 4 floats, int). The values for Attribute nodes: name, whether the value "
+          "belongs "
+          "to the instancer, value, and the column of set_instance_values, or -1.");
   py::class_<InstanceDescription>(module, "InstanceDescription", "An object placed in the world.")
       .def_readonly("object", &InstanceDescription::object, "int. The index of the object.")
       .def_readonly("world_from_object", &InstanceDescription::world_from_object,
@@ -835,22 +855,23 @@ void bind_description(py::module_& module) {
            "Add a mesh that make_mesh, make_strands, make_points or make_volume has made, without a copy, and return "
            "its "
            "index. Session.update keeps the structures of a mesh that the next description contains again.")
-      .def("add_object", &add_object, py::kw_only(), py::arg("name"), py::arg("mesh"),
-           py::arg("materials") = std::vector<int>{}, py::arg("visibility") = uint32_t(kVisibleAll),
-           py::arg("holdout") = false, py::arg("shadow_catcher") = false, py::arg("pass_index") = 0,
-           py::arg("color") = Vec4(1.0f), py::arg("importance") = 1.0f, py::arg("shadow_terminator_offset") = 0.0f,
-           py::arg("light_importance") = 1.0f,
-           py::arg("properties") = std::vector<std::tuple<std::string, bool, Vec4>>{}, py::arg("receiver_set") = 0,
-           py::arg("blocker_set") = 0, py::arg("receivers") = LightLinks().receivers,
-           py::arg("blockers") = LightLinks().blockers, py::arg("asset") = "", py::arg("light_group") = "",
-           "Add an object and return its index. mesh: an index from add_mesh. materials: indices from add_material for "
-           "the slots, -1 for the default grey. visibility: a sum of VISIBLE_* bits. properties: the values for "
-           "Attribute nodes, tuples (name, whether the value belongs to the instancer, four numbers). receiver_set, "
-           "blocker_set: the sets "
-           "of objects for light linking and for shadow linking, below RECEIVER_SETS and BLOCKER_SETS. receivers, "
-           "blockers: bit s says whether the light that the object emits lights objects of receiver set s, and whether "
-           "objects of blocker set s block it. The other "
-           "arguments are the fields of ObjectDescription. Indices are checked when the scene is built.")
+      .def(
+          "add_object", &add_object, py::kw_only(), py::arg("name"), py::arg("mesh"),
+          py::arg("materials") = std::vector<int>{}, py::arg("visibility") = uint32_t(kVisibleAll),
+          py::arg("holdout") = false, py::arg("shadow_catcher") = false, py::arg("pass_index") = 0,
+          py::arg("color") = Vec4(1.0f), py::arg("importance") = 1.0f, py::arg("shadow_terminator_offset") = 0.0f,
+          py::arg("light_importance") = 1.0f, py::arg("properties") = std::vector<Property>{},
+          py::arg("receiver_set") = 0, py::arg("blocker_set") = 0, py::arg("receivers") = LightLinks().receivers,
+          py::arg("blockers") = LightLinks().blockers, py::arg("asset") = "", py::arg("light_group") = "",
+          "Add an object and return its index. mesh: an index from add_mesh. materials: indices from add_material for "
+          "the slots, -1 for the default grey. visibility: a sum of VISIBLE_* bits. properties: the values for "
+          "Attribute nodes, tuples (name, whether the value belongs to the instancer, four numbers, column). Instances "
+          "with a row of set_instance_values have the value of this column there instead; -1: none has. "
+          "receiver_set, blocker_set: the sets of objects for light linking and for shadow linking, below "
+          "RECEIVER_SETS and BLOCKER_SETS. receivers, "
+          "blockers: bit s says whether the light that the object emits lights objects of receiver set s, and whether "
+          "objects of blocker set s block it. The other "
+          "arguments are the fields of ObjectDescription. Indices are checked when the scene is built.")
       .def("add_instances", &add_instances, py::arg("objects"), py::arg("world_from_object"),
            py::arg("random") = py::none(),
            "Add n instances. objects: int32[n], indices from add_object. world_from_object: float32[n, 12], three rows "
@@ -862,6 +883,12 @@ void bind_description(py::module_& module) {
            "particle, index, age and lifetime in frames, size, location, velocity and angular velocity (1, 1, 1, 1, 3, "
            "3, 3). Raises ValueError for an array of the wrong shape or length, and IndexError for an instance that "
            "does not exist.")
+      .def(
+          "set_instance_values", &set_instance_values, py::arg("instances"), py::arg("columns"), py::arg("values"),
+          "Set the values that Attribute nodes read from the instancer for m instances that have values of their own. "
+          "instances: int32[m], numbers in the order of add_instances. values: float32[m, 4 * columns]; the properties "
+          "of add_object say which column a name has. Raises ValueError for an array of the wrong shape or length or "
+          "for another number of columns than before, and IndexError for an instance that does not exist.")
       .def("set_motion", &set_motion, py::arg("instances"), py::arg("world_from_object"),
            "Set the transforms of m moving instances at k evenly spaced times while the shutter is open. instances: "
            "int32[m], numbers in the order of add_instances. world_from_object: float32[m, k, 12], k from 2 to 129. "

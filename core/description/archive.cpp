@@ -14,7 +14,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'Q'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'R'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -241,6 +241,7 @@ void fields(A& a, MeshDescription& mesh) {
 template <class A>
 void fields(A& a, ObjectProperty& v) {
   all(a, v.name, v.of_instancer, v.value);
+  if (a.has('R')) visit(a, v.column);
 }
 template <class A>
 void fields(A& a, LightLinks& v) {
@@ -261,11 +262,16 @@ void fields(A& a, InstanceOrigin& v) {
   all(a, v.generated, v.uv, v.index, v.age, v.lifetime, v.size, v.location, v.velocity, v.angular_velocity);
 }
 template <class A>
+void fields(A& a, InstanceValues& v) {
+  all(a, v.columns, v.values);
+}
+template <class A>
 void fields(A& a, InstanceDescription& v) {
   all(a, v.object, v.world_from_object, v.random);
   if (a.has('6')) all(a, v.first_motion_key, v.motion_key_count);
   if (a.has('F')) visit(a, v.origin);
   if (a.has('K')) visit(a, v.first_frame_key);
+  if (a.has('R')) visit(a, v.values);
 }
 template <class A>
 void fields(A& a, LightDescription& v) {
@@ -342,6 +348,7 @@ void fields(A& a, SceneDescription& v) {
   if (a.has('E')) visit(a, v.color);
   if (a.has('F')) visit(a, v.instance_origins);
   if (a.has('I')) visit(a, v.dicing);
+  if (a.has('R')) visit(a, v.instance_values);
 }
 
 template <class A, class T>
@@ -387,9 +394,9 @@ void check_enums(const SceneDescription& d) {
 uint64_t fingerprint(const SceneDescription& description) {
   Hasher hasher;
   auto& d = const_cast<SceneDescription&>(description);
-  all(hasher, d.meshes, d.objects, d.instances, d.motion_keys, d.instance_origins, d.materials, d.images, d.color,
-      d.lights, d.world, d.hints, d.dicing, d.settings.reflective_caustics, d.settings.refractive_caustics,
-      d.settings.bump_terminator);
+  all(hasher, d.meshes, d.objects, d.instances, d.motion_keys, d.instance_origins, d.instance_values, d.materials,
+      d.images, d.color, d.lights, d.world, d.hints, d.dicing, d.settings.reflective_caustics,
+      d.settings.refractive_caustics, d.settings.bump_terminator);
   return hasher.state;
 }
 

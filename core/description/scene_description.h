@@ -257,6 +257,8 @@ struct ObjectProperty {
   std::string name;
   bool of_instancer = false;
   Vec4 value{0.0f};
+  int column =
+      -1;  ///< of SceneDescription::instance_values, for instances with values of their own; -1: all have `value`
 };
 
 /// The data that instances share: a mesh and the materials of its slots.
@@ -291,6 +293,13 @@ struct InstanceOrigin {
   Vec3 location{0.0f}, velocity{0.0f}, angular_velocity{0.0f};
 };
 
+/// Values that instances have from attributes of the geometry that placed them: a row for each of these instances, a
+/// column for each name.
+struct InstanceValues {
+  int columns = 0;
+  std::vector<Vec4> values;
+};
+
 struct InstanceDescription {
   int object = -1;
   std::array<float, 12> world_from_object{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< three rows of four
@@ -299,6 +308,7 @@ struct InstanceDescription {
   /// the instance does not move.
   int first_motion_key = 0, motion_key_count = 0;
   int origin = -1;           ///< index into SceneDescription::instance_origins; -1: all numbers are 0
+  int values = -1;           ///< row of SceneDescription::instance_values; -1: it has no values of its own
   int first_frame_key = -1;  ///< index of the transforms one frame before and one after, in motion_keys; -1: the same
 };
 
@@ -446,6 +456,7 @@ struct SceneDescription {
   std::vector<InstanceDescription> instances;
   std::vector<std::array<float, 12>> motion_keys;
   std::vector<InstanceOrigin> instance_origins;  ///< only if a material reads them
+  InstanceValues instance_values;                ///< likewise
   std::vector<MaterialDescription> materials;
   std::vector<ImageDescription> images;
   ColorDescription color;

@@ -24,6 +24,12 @@ uint64_t replace_non_finite(Container& values, float replacement) {
   return replaced;
 }
 
+/// Replaces components that are not finite by 0.
+template <class Vector>
+void mend(Vector& v) {
+  for (int i = 0; i < Vector::length(); ++i) v[i] = std::isfinite(v[i]) ? v[i] : 0.0f;
+}
+
 /// Number of elements that an attribute must have in its domain.
 size_t domain_size(const MeshDescription& mesh, Domain domain) {
   if (!mesh.subdivision.empty() && domain != Domain::Vertex)
@@ -359,14 +365,26 @@ void validate_dicing(DicingDescription& dicing) {
 
 /// Numbers from instancers that are not finite become 0, and so do all numbers of an instance with an invalid index.
 void validate_origins(SceneDescription& d) {
-  const auto mend = [](float& x) { x = std::isfinite(x) ? x : 0.0f; };
   for (InstanceOrigin& origin : d.instance_origins) {
-    for (float* x : {&origin.uv.x, &origin.uv.y, &origin.index, &origin.age, &origin.lifetime, &origin.size}) mend(*x);
-    for (Vec3* v : {&origin.generated, &origin.location, &origin.velocity, &origin.angular_velocity})
-      for (int axis = 0; axis < 3; ++axis) mend((*v)[axis]);
+    for (float* x : {&origin.index, &origin.age, &origin.lifetime, &origin.size}) *x = std::isfinite(*x) ? *x : 0.0f;
+    for (Vec3* v : {&origin.generated, &origin.location, &origin.velocity, &origin.angular_velocity}) mend(*v);
+    mend(origin.uv);
   }
   for (InstanceDescription& instance : d.instances)
     if (instance.origin >= int(d.instance_origins.size())) instance.origin = -1;
+}
+
+/// Values that are not finite become 0. Instances without a complete row have the values of their object.
+void validate_instance_values(SceneDescription& d) {
+  auto& [columns, values] = d.instance_values;
+  columns = std::max(columns, 0);
+  const int rows = columns > 0 ? int(values.size() / size_t(columns)) : 0;
+  for (Vec4& value : values) mend(value);
+  for (InstanceDescription& instance : d.instances)
+    if (instance.values >= rows) instance.values = -1;
+  for (ObjectDescription& object : d.objects)
+    for (ObjectProperty& property : object.properties)
+      if (property.column >= columns) property.column = -1;
 }
 
 /// Removes the motion of instances whose keys cannot be used.
@@ -426,9 +444,7 @@ ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
     repair(object.light_importance);
     object.receiver_set = std::min<uint8_t>(object.receiver_set, LightLinks::kReceiverSets - 1);
     object.blocker_set = std::min<uint8_t>(object.blocker_set, LightLinks::kBlockerSets - 1);
-    for (ObjectProperty& property : object.properties)
-      for (int i = 0; i < 4; ++i)
-        if (!std::isfinite(property.value[i])) property.value[i] = 0.0f;
+    for (ObjectProperty& property : object.properties) mend(property.value);
     for (int& material : object.materials) {
       if (material >= int(d.materials.size())) material = -1;
     }
@@ -450,6 +466,7 @@ ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
   });
   validate_motion(d, diagnostics);
   validate_origins(d);
+  validate_instance_values(d);
   std::erase_if(d.lights, [&](LightDescription& light) {
     const float shape[] = {light.energy,    light.radius,      light.spot_angle,  light.spot_blend,
                            light.sun_angle, light.area_size.x, light.area_size.y, light.spread};

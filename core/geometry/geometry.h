@@ -92,8 +92,9 @@ struct BuiltInstance {
   uint32_t first_light = ~0u;  ///< of its emissive triangles, or ~0
   uint32_t visibility = kVisibleAll;
   float random = 0.0f;
-  const InstanceOrigin* origin = nullptr;  ///< null: all its numbers are 0
   bool flips_orientation = false;          ///< negative determinant
+  const InstanceOrigin* origin = nullptr;  ///< null: all its numbers are 0
+  const Vec4* values = nullptr;            ///< its row of InstanceValues; null: it has none
   /// world_from_object at evenly spaced times while the shutter is open; null: no motion
   const Mat4* motion = nullptr;
   uint32_t motion_count = 0;

@@ -9,6 +9,7 @@ SceneDescription catchers_alone(const SceneDescription& description) {
   alone.objects = description.objects;
   alone.motion_keys = description.motion_keys;
   alone.instance_origins = description.instance_origins;
+  alone.instance_values = description.instance_values;
   alone.materials = description.materials;
   alone.images = description.images;
   alone.color = description.color;

@@ -244,6 +244,7 @@ class Scene {
   std::vector<BuiltInstance> instances_;
   std::vector<Mat4> motion_;  // of moving instances
   std::vector<InstanceOrigin> instance_origins_;
+  InstanceValues instance_values_;
   std::vector<ObjectDescription> objects_;
   std::vector<uint32_t> material_table_;
   std::vector<ShaderProgram> programs_, lamp_programs_;

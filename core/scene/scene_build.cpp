@@ -282,6 +282,7 @@ void Scene::Builder::add_instances() {
   }
   s_.instances_.reserve(d_.instances.size());
   s_.instance_origins_ = std::move(d_.instance_origins);
+  s_.instance_values_ = std::move(d_.instance_values);
   for (const InstanceDescription& in : d_.instances) add_instance(in);
   for (const auto& [index, first] : first_motion_) s_.instances_[index].motion = &s_.motion_[first];
   s_.statistics_.moving_instances = first_motion_.size();
@@ -334,6 +335,8 @@ void Scene::Builder::add_instance(const InstanceDescription& in) {
     for (int k = 0; k < 2; ++k) s_.frames_.push_back(to_matrix(d_.motion_keys[size_t(in.first_frame_key + k)]));
   }
   if (in.origin >= 0) instance.origin = &s_.instance_origins_[size_t(in.origin)];
+  const InstanceValues& own = s_.instance_values_;
+  if (in.values >= 0) instance.values = &own.values[size_t(in.values) * size_t(own.columns)];
   s_.instances_.push_back(instance);
   s_.statistics_.instanced_triangles += s_.meshes_[instance.mesh].triangles.size();
   for (uint32_t k = 0; k < instance.material_count; ++k)

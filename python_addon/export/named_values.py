@@ -13,6 +13,7 @@ from typing import Any
 import bpy
 
 Value = tuple[float, float, float, float]
+NOT_FOUND: Value = (0.0, 0.0, 0.0, 0.0)   # what Attribute nodes read of a name that nothing has
 
 
 def find(owners: Iterable[bpy.types.bpy_struct | None], name: str) -> Value | None:
@@ -29,7 +30,7 @@ def of_object(thing: bpy.types.Object, name: str) -> Value | None:
 
 
 def of_view_layer(view_layer: bpy.types.ViewLayer, scene: bpy.types.Scene, name: str) -> Value:
-    return find((view_layer, scene, scene.world), name) or (0.0, 0.0, 0.0, 0.0)
+    return find((view_layer, scene, scene.world), name) or NOT_FOUND
 
 
 def asked_of_instancers() -> frozenset[str]:

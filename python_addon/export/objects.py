@@ -16,7 +16,7 @@ import numpy as np
 from .. import compat, plain, unsupported
 from ..ajar_module import ajar
 from ..translations import interface
-from . import deformation, lights, materials, mesh, motion, named_values, origins, points, smoke, strands, subdivision, volumes
+from . import deformation, instance_values, lights, materials, mesh, motion, named_values, origins, points, smoke, strands, subdivision, volumes
 from .context import ExportContext, rows_3x4
 from .culling import Culling
 from .known_objects import OutOfDate, look_of
@@ -36,6 +36,7 @@ class Geometry:
     known_by: tuple | None = None           # with motion blur: motion.identity of an instance that shows it
     is_hair: bool = False                   # the particle hair of the owner instead of its surface
     from_instancer: dict[str, named_values.Value] = field(default_factory=dict)   # properties that materials use
+    has_values: bool = False                # some of its instances have values of their own (instance_values.py)
     # Indices in the description:
     material_indices: list[int] = field(default_factory=list)
     mesh_index: int = -1                    # mesh.EMPTY for empty meshes
@@ -61,6 +62,7 @@ class Collected:
         self.rows = array("f")
         self.random = array("f")
         self.origins = origins.Origins()
+        self.values = instance_values.InstanceValues()
         self.lamps_in_order: list[Lamp] = []
         # The keys are original objects:
         self.alone: dict[bpy.types.Object, tuple[Geometry, int]] = {}   # objects with a single instance, and the number of this instance
@@ -101,6 +103,8 @@ def _collect(context: ExportContext, collected: Collected) -> None:
     kind_of_parent: dict[int | tuple, int] = {}
     from_instancers: list[dict[str, named_values.Value]] = []   # of each instancer key
     asked_of_instancers, uses_origins = context.instancer_properties, context.uses_origins
+    reader = instance_values.Reader(context, sorted(asked_of_instancers)) if asked_of_instancers and instance_values.CAN_READ else None
+    of_all: dict[int, dict[str, named_values.Value]] = {}   # of geometries: the values of their instances that have none of their own
     kinds: dict[tuple, int] = {}
     add_geometry, add_row, add_random = collected.geometry_of.append, collected.rows.extend, collected.random.append
 
@@ -110,6 +114,13 @@ def _collect(context: ExportContext, collected: Collected) -> None:
         add_random(((instance.random_id & 0xFFFFFFFF) if instance.is_instance else name_hash(instance.object.name)) / 0xFFFFFFFF)
         if uses_origins and instance.is_instance:
             collected.origins.add(len(collected.geometry_of), instance, context.scene.frame_current_final)
+        if reader is not None and instance.is_instance:
+            own = reader.values_of(instance)
+            if own:
+                geometry.has_values = True
+                if geometry.index not in of_all:
+                    of_all[geometry.index] = dict(_instancer_properties(context, geometry, geometry.owner))
+                collected.values.add(len(collected.geometry_of), [own.get(name, value) for name, value in of_all[geometry.index].items()])
         add_geometry(geometry.index)
         if appearances is not None:
             known_by = motion.identity(instance)
@@ -220,7 +231,7 @@ def _from_instancer(context: ExportContext, instance: bpy.types.DepsgraphObjectI
         value = named_values.find((particles.settings if particles is not None else None, parent), name)
         if value is not None:
             found[name] = value
-        elif any(modifier.type == "NODES" for modifier in parent.modifiers):
+        elif not instance_values.CAN_READ and any(modifier.type == "NODES" for modifier in parent.modifiers):
             context.warn(parent.name, 'if its geometry nodes give instances an attribute "{attribute}", it cannot be read', attribute=name)
     return found
 
@@ -345,15 +356,22 @@ def _add_objects(context: ExportContext, collected: Collected) -> None:
                                                         properties=_properties(context, geometry), **geometry.look)
 
 
-def _properties(context: ExportContext, geometry: Geometry) -> list[tuple[str, bool, named_values.Value]]:
-    """Properties that materials use and that the object or its instancer has."""
+def _properties(context: ExportContext, geometry: Geometry) -> list[tuple[str, bool, named_values.Value, int]]:
+    """Properties that materials use and that the object or its instancer has, and their columns in the values of instances."""
     if not context.object_properties and not context.instancer_properties:
         return []
     owner = geometry.owner if context.revisions is None else geometry.owner.evaluated_get(context.depsgraph)
-    found = [(name, False, named_values.of_object(owner, name)) for name in sorted(context.object_properties)]
-    found += [(name, True, geometry.from_instancer.get(name) or named_values.of_object(owner, name))
-              for name in sorted(context.instancer_properties)]
-    return [(name, is_of_instancer, value) for name, is_of_instancer, value in found if value is not None]
+    found = [(name, False, named_values.of_object(owner, name), -1) for name in sorted(context.object_properties)]
+    for column, (name, value) in enumerate(_instancer_properties(context, geometry, owner)):
+        if geometry.has_values or value is not named_values.NOT_FOUND:
+            found.append((name, True, value, column if geometry.has_values else -1))
+    return [row for row in found if row[2] is not None]
+
+
+def _instancer_properties(context: ExportContext, geometry: Geometry, owner: bpy.types.Object) -> list[tuple[str, named_values.Value]]:
+    """For each name that materials read from instancers, in order, the value of the instances that have none of their own."""
+    return [(name, geometry.from_instancer.get(name) or named_values.of_object(owner, name) or named_values.NOT_FOUND)
+            for name in sorted(context.instancer_properties)]
 
 
 def _lasting(context: ExportContext, collected: Collected) -> Collected | None:
@@ -512,5 +530,6 @@ def _add_instances(context: ExportContext, collected: Collected) -> None:
     random = np.frombuffer(collected.random, dtype=np.float32)
     context.description.add_instances(objects[shown], rows[shown], random[shown])
     collected.origins.export(context, shown)
+    collected.values.export(context, shown)
     if context.appearances is not None:
         context.appearances = [context.appearances[i] for i in np.flatnonzero(shown)]

@@ -702,6 +702,8 @@ TEXTS = {
     "there is no camera for culling: all objects stay": "es gibt keine Kamera, nach der Objekte weggelassen werden könnten: alle bleiben",
     "if its geometry nodes give instances an attribute \"{attribute}\", it cannot be read":
         "falls seine Geometrieknoten Instanzen ein Attribut „{attribute}“ geben, kann es nicht gelesen werden",
+    "some instances have the same id; they get the values of the object instead of their own":
+        "einige Instanzen haben dieselbe ID; sie bekommen die Werte des Objekts statt ihrer eigenen",
     "this Blender cannot read OpenVDB files in Python (Blender 4.4 and newer can); the volume does not render":
         "dieses Blender kann OpenVDB-Dateien nicht in Python lesen (Blender 4.4 und neuere können es); das Volumen wird nicht gerendert",
     "its file cannot be read and the volume does not render: {error}": "seine Datei kann nicht gelesen werden und das Volumen wird nicht gerendert: {error}",

@@ -212,6 +212,34 @@ def test_shown_photons_are_arrays_of_positions_and_powers():
     assert positions.shape == powers.shape == (0, 3) and stored == 0
 
 
+def test_instances_emit_values_of_their_own():
+    """Two squares of one object. One of them has a row of values, the other one has the value of the object."""
+    description = square(reach=1.0)
+    graph = ajar.NodeGraph()
+    attribute, node = graph.add_node("ShaderNodeAttribute", "Attribute"), graph.add_node("ShaderNodeEmission", "Emission")
+    graph.add_property(attribute, "attribute_type", "INSTANCER")
+    graph.add_property(attribute, "attribute_name", "shade")
+    graph.add_input(node, "Color", link=ajar.NodeLink(attribute, "Color"))
+    graph.add_input(node, "Strength", (1.0, 0.0, 0.0, 0.0))
+    graph.surface = ajar.NodeLink(node, "Emission")
+    thing = description.add_object(name="Shaded", mesh=0, materials=[description.add_material(name="Shade", graph=graph)],
+                                   properties=[("shade", True, (0.25, 0.5, 1.0, 1.0), 1)])
+    rows = np.repeat(IDENTITY, 2, axis=0)
+    rows[:, 3], rows[:, 11] = (-1.1, 1.1), 0.5   # before the square, left and right
+    description.add_instances([thing, thing], rows)
+    for bad in ([1], [9] * 7), ([1, 2], [9] * 8):
+        with pytest.raises(ValueError, match="values"):
+            description.set_instance_values(bad[0], 2, bad[1])
+    description.set_instance_values([2], 2, [9, 9, 9, 9, 4, 5, 6, 1])
+    with pytest.raises(ValueError, match="columns"):
+        description.set_instance_values([1], 1, [0, 0, 0, 0])
+    with pytest.raises(IndexError):
+        description.set_instance_values([3], 2, [0] * 8)
+    row = render(description).snapshot("Combined")[6]
+    np.testing.assert_allclose(row[5, :3], (0.25, 0.5, 1.0), rtol=1e-5)
+    np.testing.assert_allclose(row[10, :3], (4, 5, 6), rtol=1e-5)
+
+
 def test_every_setting_is_listed_with_its_default():
     settings = ajar.RenderSettings()
     listed = {info.name: info for info in ajar.setting_list()}

@@ -184,7 +184,10 @@ Vec4 attribute(const ShadingPoint& point, const std::string& name, bool* found) 
 Vec4 object_property(const ShadingPoint& point, const std::string& name, bool of_instancer) {
   if (!point.object) return Vec4(0.0f, 0.0f, 0.0f, 1.0f);
   for (const ObjectProperty& property : point.object->properties)
-    if (property.of_instancer == of_instancer && property.name == name) return property.value;
+    if (property.of_instancer == of_instancer && property.name == name) {
+      const Vec4* own = property.column >= 0 && point.instance ? point.instance->values : nullptr;
+      return own ? own[property.column] : property.value;
+    }
   return Vec4(0.0f);
 }
 

@@ -163,6 +163,7 @@ bool varies_inside(Op op) {
     case Op::ObjectColor:
     case Op::ObjectIndex:
     case Op::ObjectRandom:
+    case Op::ObjectProperty:
     case Op::FromInstancer:
     case Op::LightPath:
     case Op::LightFalloff:

@@ -52,6 +52,17 @@ TEST(Archive, round_trip_keeps_every_byte) {
   EXPECT_EQ(again.lights.at(0).radius, 0.1f);
 }
 
+TEST(Archive, values_of_instances_are_kept_since_version_r) {
+  SceneDescription d = rich_description(), before = rich_description();
+  d.objects[0].properties = before.objects[0].properties = {{"shade", true, Vec4(1)}};
+  d.objects[0].properties[0].column = 0;
+  d.instance_values = {1, {{1, 2, 3, 4}}};
+  d.instances[0].values = 0;
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(d))), to_bytes(d));
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(d, 'Q'))), to_bytes(before));
+  EXPECT_NE(fingerprint(d), fingerprint(before));
+}
+
 TEST(Archive, what_instances_have_from_instancers_is_kept_since_version_f) {
   SceneDescription d = rich_description();
   d.instance_origins.push_back({{1, 2, 3}, {4, 5}, 6, 7, 8, 9, {10, 11, 12}, {13, 14, 15}, {16, 17, 18}});

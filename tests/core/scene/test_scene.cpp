@@ -3,6 +3,7 @@
 #include "math/random.h"
 #include "math/warps.h"
 #include "scene_fixtures.h"
+#include "shading/functions/point_functions.h"
 
 namespace ajar::test_scene {
 
@@ -388,6 +389,29 @@ TEST(Scene, invalid_values_from_instancers_become_zero) {
   EXPECT_EQ(mended.velocity, Vec3(13, 0, 15));
   EXPECT_EQ(mended.angular_velocity, Vec3(16, 17, 0));
   EXPECT_EQ(scene->instances()[1].origin, nullptr);
+}
+
+TEST(Scene, invalid_values_of_instances_are_left_out) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  SceneDescription d = one_object(cube(), Mat4(1.0f));
+  d.objects[0].properties = {{"shade", true, Vec4(5.0f), 1}, {"beyond", true, Vec4(6.0f), 2}};
+  d.instance_values = {2, {Vec4(1), Vec4(2), Vec4(3), {nan, 4, nan, 1}, Vec4(7)}};  // the last row is not complete
+  for (int row = 0; row < 3; ++row) {
+    d.instances.push_back(d.instances[0]);
+    d.instances.back().values = row;
+  }
+  const auto scene = build(std::move(d));
+  const auto shade = [&](size_t instance, const char* name) {
+    ShadingPoint point;
+    point.instance = &scene->instances()[instance];
+    point.object = &scene->object(point.instance->object);
+    return nodes::object_property(point, name, true);
+  };
+  EXPECT_EQ(shade(0, "shade"), Vec4(5.0f));
+  EXPECT_EQ(shade(1, "shade"), Vec4(2.0f));
+  EXPECT_EQ(shade(2, "shade"), Vec4(0, 4, 0, 1));
+  EXPECT_EQ(shade(3, "shade"), Vec4(5.0f));
+  EXPECT_EQ(shade(1, "beyond"), Vec4(6.0f));
 }
 
 TEST(Scene, empty_scenes_build) {
