@@ -25,7 +25,8 @@ class _Layer:
     """The instances of a geometry."""
 
     def __init__(self, reader: Reader, geometry: bpy.types.GeometrySet, cloud: bpy.types.PointCloud) -> None:
-        self._reader, self._inner = reader, {}
+        self._reader = reader
+        self._inner: dict[int, _Layer | _Members | None] = {}   # of references
         self._references = geometry.instance_references()
         self._reference_of = attributes.read(cloud.attributes[".reference_index"])
         self.values = {name: _COLOR_OF[values.shape[1]](values) for name, _, values in attributes.named(cloud, set(reader.names))}

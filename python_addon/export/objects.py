@@ -361,11 +361,12 @@ def _properties(context: ExportContext, geometry: Geometry) -> list[tuple[str, b
     if not context.object_properties and not context.instancer_properties:
         return []
     owner = geometry.owner if context.revisions is None else geometry.owner.evaluated_get(context.depsgraph)
-    found = [(name, False, named_values.of_object(owner, name), -1) for name in sorted(context.object_properties)]
+    of_objects = [(name, named_values.of_object(owner, name)) for name in sorted(context.object_properties)]
+    found = [(name, False, value, -1) for name, value in of_objects if value is not None]
     for column, (name, value) in enumerate(_instancer_properties(context, geometry, owner)):
         if geometry.has_values or value is not named_values.NOT_FOUND:
             found.append((name, True, value, column if geometry.has_values else -1))
-    return [row for row in found if row[2] is not None]
+    return found
 
 
 def _instancer_properties(context: ExportContext, geometry: Geometry, owner: bpy.types.Object) -> list[tuple[str, named_values.Value]]:
