@@ -147,8 +147,8 @@ class PathWalk {
       if (medium_.chose)
         return weight_of_hit_in_medium(
             scene_,
-            {previous_.position, medium_.chosen_from, previous_.bsdf_pdf, previous_.receiver_set, walk_.ray.time},
-            light, wi, position, normal);
+            {previous_.position, medium_.chosen_for, previous_.bsdf_pdf, previous_.receiver_set, walk_.ray.time}, light,
+            wi, position, normal);
     const float weight = direct_light_.weight_of_hit(scene_, previous_, light, wi, position, normal);
     if constexpr (kGuided) guided_.hit_weight = unguided_pdf_ ? 0.0f : weight;
     return weight;
@@ -192,11 +192,9 @@ class PathWalk {
     const bool uniform = medium_.media.is_uniform(along, event.at, medium_.counters), may_scatter = !at_bounce_limit_;
     Color direct(0.0f);
     MediumLight sampled;
-    const auto context = [&](const PhaseFunction& phase) {
-      return MediumLightContext<Medium>{scene_, medium_, ray, point, phase, sampler_, here + 2, start_.counters.rays};
-    };
+    const MediumLightContext<Medium> context{scene_, medium_, ray, point, sampler_, here + 2, start_.counters.rays};
     if (uniform && may_scatter && at.scatters() && lights_.can_choose())
-      direct = estimate_direct_along(context(PhaseFunction(at)), along.t_end, at, beta_, sampled);
+      direct = estimate_direct_along(context, along.t_end, at, beta_, sampled);
     sampler_.set_dimension(here);
     const bool scattered = uniform ? medium_.media.scatter_uniform(along, may_scatter, sampler_.get_2d(), beta_, event)
                                    : medium_.media.scatter_varying(along, may_scatter, medium_.rng, beta_, event,
@@ -204,7 +202,7 @@ class PathWalk {
     const PhaseFunction phase(at);
     const Vec3 place = ray.origin + event.t * ray.direction;
     if (scattered && !uniform && lights_.can_choose())
-      direct = beta_ * estimate_direct_at(context(phase), place, sampled);
+      direct = beta_ * estimate_direct_at(context, phase, place, sampled);
     note_nothing();
     if (!is_black(event.emitted)) add(event.emitted, point.ray_depth);
     const bool is_first = point.ray_depth == 0;
@@ -220,7 +218,7 @@ class PathWalk {
     if constexpr (kGuided) guided_.unguided_beta *= largest(beta_) / largest(before);
     if (!scattered) return Step::GoOn;
     if constexpr (kGuided) guided_.note_arrival(place);
-    medium_.chosen_from = sampled.chosen_from;
+    medium_.chosen_for = sampled.chosen_for;
     return scatter_in_medium(at, phase, place) ? Step::Traced : Step::End;
   }
 

@@ -101,6 +101,19 @@ LightClusters::Choice LightClusters::choose(uint32_t entry, Vec3 p, Vec3 n, floa
   return {range->first_light + choice.light, choice.pmf, choice.u_remapped};
 }
 
+/// The point of the stretch that is nearest to the cluster. A light inside the cluster is chosen for it: triangles shine
+/// to both sides, so each of them can be chosen.
+Vec3 LightClusters::nearest_to(const Range& range, const LightStretch& stretch) const {
+  const LightBounds& bounds = shared_[size_t(range.shared)].bounds;
+  return stretch.point(
+      stretch.nearest(transform_point(range.instance->world_from_object, 0.5f * bounds.lower + 0.5f * bounds.upper)));
+}
+
+LightClusters::Choice LightClusters::choose(uint32_t entry, const LightStretch& stretch, float u) const {
+  const Range* range = cluster_of_entry(entry);
+  return range ? choose(entry, nearest_to(*range, stretch), Vec3(0.0f), u) : Choice{light_of(entry), 1.0f, u};
+}
+
 LightClusters::Choice LightClusters::choose_by_power(uint32_t entry, float u) const {
   const Range* range = cluster_of_entry(entry);
   if (!range) return {light_of(entry), 1.0f, u};
@@ -113,6 +126,11 @@ float LightClusters::pmf(uint32_t light, Vec3 p, Vec3 n) const {
   if (!range) return 1.0f;
   const Receiver at(*range->instance, p, n);
   return shared_[size_t(range->shared)].tree.pmf(at.p, at.n, light - range->first_light);
+}
+
+float LightClusters::pmf(uint32_t light, const LightStretch& stretch) const {
+  const Range* range = cluster_of_light(light);
+  return range ? pmf(light, nearest_to(*range, stretch), Vec3(0.0f)) : 1.0f;
 }
 
 float LightClusters::power_pmf(uint32_t light) const {

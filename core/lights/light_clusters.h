@@ -46,9 +46,11 @@ class LightClusters {
   uint32_t light_of(uint32_t entry) const;
   /// Chooses a light of an entry for p, or by power.
   Choice choose(uint32_t entry, Vec3 p, Vec3 n, float u) const;
+  Choice choose(uint32_t entry, const LightStretch& stretch, float u) const;
   Choice choose_by_power(uint32_t entry, float u) const;
   /// The probabilities of these choices, given the entry of the light. 1 outside clusters.
   float pmf(uint32_t light, Vec3 p, Vec3 n) const;
+  float pmf(uint32_t light, const LightStretch& stretch) const;
   float power_pmf(uint32_t light) const;
 
   /// Bounds in world space of an instance that emits `watts`.
@@ -67,6 +69,7 @@ class LightClusters {
   const Range* range_from(uint32_t index) const;
   const Range* cluster_of_light(uint32_t light) const;
   const Range* cluster_of_entry(uint32_t entry) const;
+  Vec3 nearest_to(const Range& range, const LightStretch& stretch) const;
 
   std::vector<Shared> shared_;
   std::vector<Range> ranges_;

@@ -10,8 +10,6 @@ namespace ajar {
 
 namespace {
 
-/// Share of uniform choices in scenes with media that have few lights.
-constexpr float kEvenShare = 0.5f;
 // Ids of branches: nodes of the tree, then one id per distant light, or a single one if there are many.
 constexpr uint32_t kDistantBranch = 0x80000000u;
 constexpr size_t kMaxDistantBranches = 8;
@@ -110,24 +108,19 @@ uint64_t LightSet::fingerprint() const {
 }
 
 LightSet::Choice LightSet::choose(Vec3 p, Vec3 n, float u, uint32_t receiver_set) const {
-  const LightChooser& d = data_->chooser(receiver_set);
-  if (d.even.empty()) return d.choose_by_estimate(p, n, u);
-  if (u < kEvenShare) {
-    const float place = u / kEvenShare * float(d.even.size());
-    const size_t i = std::min(size_t(place), d.even.size() - 1);
-    return {d.even[i], choice_pmf(p, n, d.even[i], receiver_set), std::min(place - float(i), kOneMinusEpsilon)};
-  }
-  Choice choice = d.choose_by_estimate(p, n, std::min((u - kEvenShare) / (1.0f - kEvenShare), kOneMinusEpsilon));
-  if (choice.pmf > 0.0f) choice.pmf = kEvenShare / float(d.even.size()) + (1.0f - kEvenShare) * choice.pmf;
-  return choice;
+  return data_->chooser(receiver_set).choose(u, p, n);
 }
 
 float LightSet::choice_pmf(Vec3 p, Vec3 n, uint32_t light, uint32_t receiver_set) const {
-  const LightChooser& d = data_->chooser(receiver_set);
-  const float pmf = d.pmf_by_estimate(p, n, light);
-  if (d.even.empty()) return pmf;
-  const bool is_even = std::find(d.even.begin(), d.even.end(), light) != d.even.end();
-  return (is_even ? kEvenShare / float(d.even.size()) : 0.0f) + (1.0f - kEvenShare) * pmf;
+  return data_->chooser(receiver_set).pmf(light, p, n);
+}
+
+LightSet::Choice LightSet::choose(const LightStretch& stretch, float u, uint32_t receiver_set) const {
+  return data_->chooser(receiver_set).choose(u, stretch);
+}
+
+float LightSet::choice_pmf(const LightStretch& stretch, uint32_t light, uint32_t receiver_set) const {
+  return data_->chooser(receiver_set).pmf(light, stretch);
 }
 
 void LightSet::cut(Vec3 p, float radius, Vec3 n, int max_branches, std::vector<Branch>& branches) const {
@@ -136,7 +129,7 @@ void LightSet::cut(Vec3 p, float radius, Vec3 n, int max_branches, std::vector<B
   const size_t distant = d.distant.size() <= kMaxDistantBranches ? d.distant.size() : 1;
   std::vector<LightTree::CutNode> nodes;
   d.tree.cut(p, radius, n, std::max(1, max_branches - int(distant)), nodes);
-  const float sum = d.distant_importance(n), share = d.distant_share(p, n, sum);
+  const float sum = d.distant_importance(n), share = d.distant_share(sum, p, n);
   for (const LightTree::CutNode& node : nodes) branches.push_back({node.node, (1.0f - share) * node.share});
   for (size_t i = 0; i < distant; ++i)
     branches.push_back(

@@ -26,6 +26,7 @@
 
 #include "geometry/geometry.h"
 #include "lights/light.h"
+#include "lights/light_stretch.h"
 #include "lights/triangle_light.h"
 #include "shading/shader_program.h"
 
@@ -109,6 +110,9 @@ class LightSet {
   bool any_limited() const;
   Choice choose(Vec3 p, Vec3 n, float u, uint32_t receiver_set = kEveryLight) const;
   float choice_pmf(Vec3 p, Vec3 n, uint32_t light, uint32_t receiver_set = kEveryLight) const;
+  /// The same for light that a medium scatters along a part of a ray.
+  Choice choose(const LightStretch& stretch, float u, uint32_t receiver_set = kEveryLight) const;
+  float choice_pmf(const LightStretch& stretch, uint32_t light, uint32_t receiver_set = kEveryLight) const;
 
   /// The same choice in two steps, of which the first can be learned. `cut` gives branches that together hold every
   /// light once, in ascending order, with their shares for a neighbourhood of p. `choose_in` chooses a light of one

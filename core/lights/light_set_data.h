@@ -45,6 +45,8 @@ struct LightChooser {
   static constexpr float kMinDistant = 0.1f, kMaxDistant = 0.8f;
   /// The maximum if the estimate found no emission of any local light.
   static constexpr float kMaxBesideDark = 0.99f;
+  /// Share of uniform choices in scenes with media that have few lights.
+  static constexpr float kEvenShare = 0.5f;
   /// Minimum cosine at the receiver of a sun: shading normals differ from geometric ones.
   static constexpr float kMinSunCosine = 0.02f;
 
@@ -74,14 +76,13 @@ struct LightChooser {
   }
   bool contains(uint32_t light) const { return tree.contains(clusters ? clusters->entry_of(light) : light); }
   uint32_t leaf_of(uint32_t light) const { return tree.leaf_of(clusters ? clusters->entry_of(light) : light); }
+  // The receiver of light is a point p with its normal n, or a stretch, whose points receive light from all sides.
+  static Vec3 normal_of(const Vec3&, const Vec3& n) { return n; }
+  static Vec3 normal_of(const LightStretch&) { return Vec3(0.0f); }
+
   /// The choice of a light below a node of the tree.
   [[gnu::always_inline]] Choice choose_below(uint32_t node, Vec3 p, Vec3 n, float u) const {
-    const LightTree::Choice entry = tree.choose_below(node, p, n, u);
-    if (clusters && entry.pmf > 0.0f) [[unlikely]] {
-      const LightClusters::Choice inside = clusters->choose(entry.light, p, n, entry.u_remapped);
-      return {inside.light, entry.pmf * inside.pmf, inside.u_remapped};
-    }
-    return {entry.light, entry.pmf, entry.u_remapped};
+    return inside(tree.choose_below(node, p, n, u), p, n);
   }
   float pmf_below(uint32_t node, Vec3 p, Vec3 n, uint32_t light) const {
     if (!clusters) [[likely]]
@@ -89,16 +90,28 @@ struct LightChooser {
     const float entry = tree.pmf_below(node, p, n, clusters->entry_of(light));
     return entry > 0.0f ? entry * clusters->pmf(light, p, n) : 0.0f;
   }
+  /// The same for the whole tree.
+  [[gnu::always_inline]] Choice choose_local(float u, const Vec3& p, const Vec3& n) const {
+    return choose_below(0, p, n, u);
+  }
+  Choice choose_local(float u, const LightStretch& stretch) const { return inside(tree.choose(stretch, u), stretch); }
+  float pmf_local(uint32_t light, const Vec3& p, const Vec3& n) const { return pmf_below(0, p, n, light); }
+  float pmf_local(uint32_t light, const LightStretch& stretch) const {
+    if (!clusters) return tree.pmf(stretch, light);
+    const float entry = tree.pmf(stretch, clusters->entry_of(light));
+    return entry > 0.0f ? entry * clusters->pmf(light, stretch) : 0.0f;
+  }
   /// Sum of the importances of distant lights.
   float distant_importance(Vec3 n) const {
     float sum = 0.0f;
     for (const DistantLight& l : distant) sum += l.importance(n);
     return sum;
   }
-  /// Share of the distant lights in the choice for p.
-  float distant_share(Vec3 p, Vec3 n, float importance_of_distant) const {
+  /// Share of the distant lights in the choice for a receiver.
+  template <class... Receiver>
+  float distant_share(float importance_of_distant, const Receiver&... receiver) const {
     if (distant.empty()) return 0.0f;
-    const float near = tree.importance(p, n);
+    const float near = tree.importance(receiver...);
     if (!(near > 0.0f)) return 1.0f;
     return std::clamp(importance_of_distant / (importance_of_distant + near), kMinDistant, max_distant);
   }
@@ -116,11 +129,13 @@ struct LightChooser {
     }
     return {chosen->light, pmf, std::min(u / pmf, kOneMinusEpsilon)};
   }
-  [[gnu::always_inline]] Choice choose_by_estimate(Vec3 p, Vec3 n, float u) const {
+  template <class... Receiver>
+  [[gnu::always_inline]] Choice choose_by_estimate(float u, const Receiver&... receiver) const {
     float share = 0.0f;
     if (!distant.empty()) {
+      const Vec3 n = normal_of(receiver...);
       const float sum = distant_importance(n);
-      share = distant_share(p, n, sum);
+      share = distant_share(sum, receiver...);
       if (u < share) {
         Choice choice = choose_distant(n, std::min(u / share, kOneMinusEpsilon));
         choice.pmf *= share;
@@ -129,16 +144,49 @@ struct LightChooser {
       u = std::min((u - share) / (1.0f - share), kOneMinusEpsilon);
     }
     if (tree.empty()) return {0, 0.0f, u};
-    Choice choice = choose_below(0, p, n, u);
+    Choice choice = choose_local(u, receiver...);
     choice.pmf *= 1.0f - share;
     return choice;
   }
-  float pmf_by_estimate(Vec3 p, Vec3 n, uint32_t light) const {
-    if (distant.empty()) return pmf_below(0, p, n, light);
-    const float sum = distant_importance(n), share = distant_share(p, n, sum);
+  template <class... Receiver>
+  float pmf_by_estimate(uint32_t light, const Receiver&... receiver) const {
+    if (distant.empty()) return pmf_local(light, receiver...);
+    const Vec3 n = normal_of(receiver...);
+    const float sum = distant_importance(n), share = distant_share(sum, receiver...);
     for (const DistantLight& l : distant)
       if (l.light == light) return share * (l.importance(n) / sum);
-    return (1.0f - share) * pmf_below(0, p, n, light);
+    return (1.0f - share) * pmf_local(light, receiver...);
+  }
+  /// The same with the uniform probability of `even`.
+  template <class... Receiver>
+  [[gnu::always_inline]] Choice choose(float u, const Receiver&... receiver) const {
+    if (even.empty()) return choose_by_estimate(u, receiver...);
+    if (u < kEvenShare) {
+      const float place = u / kEvenShare * float(even.size());
+      const size_t i = std::min(size_t(place), even.size() - 1);
+      return {even[i], pmf(even[i], receiver...), std::min(place - float(i), kOneMinusEpsilon)};
+    }
+    Choice choice = choose_by_estimate(std::min((u - kEvenShare) / (1.0f - kEvenShare), kOneMinusEpsilon), receiver...);
+    if (choice.pmf > 0.0f) choice.pmf = kEvenShare / float(even.size()) + (1.0f - kEvenShare) * choice.pmf;
+    return choice;
+  }
+  template <class... Receiver>
+  float pmf(uint32_t light, const Receiver&... receiver) const {
+    const float estimated = pmf_by_estimate(light, receiver...);
+    if (even.empty()) return estimated;
+    const bool is_even = std::find(even.begin(), even.end(), light) != even.end();
+    return (is_even ? kEvenShare / float(even.size()) : 0.0f) + (1.0f - kEvenShare) * estimated;
+  }
+
+ private:
+  /// The light of a chosen entry of the tree.
+  template <class... Receiver>
+  [[gnu::always_inline]] Choice inside(const LightTree::Choice& entry, const Receiver&... receiver) const {
+    if (clusters && entry.pmf > 0.0f) [[unlikely]] {
+      const LightClusters::Choice chosen = clusters->choose(entry.light, receiver..., entry.u_remapped);
+      return {chosen.light, entry.pmf * chosen.pmf, chosen.u_remapped};
+    }
+    return {entry.light, entry.pmf, entry.u_remapped};
   }
 };
 

@@ -20,6 +20,8 @@ constexpr uint32_t kParallelBuild = 8192;
 constexpr size_t kSampled = 2048;  ///< about so many lights of a node decide its split
 /// Minimum cosine at the receiver: shading normals differ from geometric ones, and coats have normals of their own.
 constexpr float kMinReceiverCosine = 0.02f;
+/// For stretches: rounding of the cosine at the edge of a cone, and the minimum factor of lights that may reach one.
+constexpr float kConeRounding = 1e-4f, kMinEmitterCosine = 1e-3f;
 
 float area_measure(const LightBounds& b) {
   const Vec3 d = b.upper - b.lower;
@@ -31,6 +33,13 @@ float cos_of_rest(float cos_a, float cos_b, float sin_b) {
   if (cos_a >= cos_b) return 1.0f;
   const float sin_a = std::sqrt(std::abs(1.0f - cos_a * cos_a));  // rounding at 180 degrees can make this negative
   return cos_a * cos_b + sin_a * sin_b;
+}
+
+/// atan2(y, x) for y >= 0, within 0.005. An importance need not be exact.
+float angle_of(float y, float x) {
+  const float most = std::max(y, std::abs(x)), z = std::min(y, std::abs(x)) / std::max(most, 1e-30f);
+  const float octant = z / (1.0f + 0.28f * z * z), quadrant = y > std::abs(x) ? 0.5f * kPi - octant : octant;
+  return x < 0.0f ? kPi - quadrant : quadrant;
 }
 
 Vec3 center_of(const LightBounds& b) { return 0.5f * b.lower + 0.5f * b.upper; }
@@ -117,6 +126,7 @@ void LightTree::set_bounds(Node& n, const LightBounds& bounds) {
   n.center = center_of(bounds);
   const Vec3 half = 0.5f * bounds.upper - 0.5f * bounds.lower;
   n.radius_squared = glm::dot(half, half);
+  n.half = half;
   n.axis = bounds.axis;
   n.cos_normals = bounds.cos_normals;
   n.sin_normals = std::sqrt(std::max(0.0f, 1.0f - sqr(bounds.cos_normals)));
@@ -210,18 +220,56 @@ float LightTree::importance(const Node& node, const Vec3& p, const Vec3& n) {
   return result;
 }
 
-float LightTree::first_share(uint32_t node, const Vec3& p, const Vec3& n) const {
-  const float first = importance(nodes_[node + 1], p, n), second = importance(nodes_[nodes_[node].second], p, n);
+float LightTree::importance(const Node& node, const LightStretch& stretch) {
+  if (stretch.is_point()) return importance(node, stretch.origin, Vec3(0.0f));
+  // v: from the centre of the lights to the origin of the ray. The ray is nearest at the distance `nearest`.
+  const Vec3 v = stretch.origin - node.center;
+  const float nearest = -glm::dot(v, stretch.direction);
+  // Where a ray goes through the box, the mean of 1 / distance is that at half of its size across the ray.
+  const float across2 = glm::dot(node.half * node.half, 1.0f - stretch.direction * stretch.direction);
+  const float apart2 = std::max(length_squared(v + nearest * stretch.direction), std::max(0.25f * across2, 0.0f));
+  const float apart = std::max(std::sqrt(apart2), 1e-15f);
+  const float before = stretch.begin - nearest, after = before + stretch.reach;
+  const float angle = angle_of(apart * stretch.reach, apart2 + before * after);  // between both ends, seen from there
+  const float distance2_in_reach = apart2 + sqr(before > 0.0f ? before : std::min(after, 0.0f));
+  const float mean = strength(node, distance2_in_reach) * angle / (apart * stretch.reach);
+  if (!(node.cos_normals > -1.0f)) return mean;
+  // The nearest point of the whole stretch, and the point that is seen from there in the direction nearest to the axis.
+  const float distance2 = length_squared(v + glm::clamp(nearest, stretch.begin, stretch.end) * stretch.direction);
+  if (!(distance2 > node.radius_squared)) return mean;
+  const auto cosine_at = [&](float t) {
+    const Vec3 to_point = v + t * stretch.direction;
+    const float length = glm::length(to_point);
+    const float cosine = length > 0.0f ? glm::dot(node.axis, to_point) / length : 1.0f;
+    return node.two_sided ? std::abs(cosine) : cosine;
+  };
+  const float last = std::min(stretch.end, 1e15f);
+  float cos_axis = std::max(cosine_at(stretch.begin), cosine_at(last));
+  const float a = glm::dot(node.axis, v), b = glm::dot(node.axis, stretch.direction);
+  const float extreme = (b * length_squared(v) + a * nearest) / (a + b * nearest);  // where the derivative is 0
+  if (extreme > stretch.begin && extreme < last) cos_axis = std::max(cos_axis, cosine_at(extreme));
+  if (cos_axis >= node.cos_normals) return mean;
+  const float sin2_size = std::min(node.radius_squared / distance2, 1.0f);
+  const float cos_out = cos_of_rest(cos_of_rest(cos_axis, node.cos_normals, node.sin_normals),
+                                    std::sqrt(1.0f - sin2_size), std::sqrt(sin2_size));
+  return cos_out < node.cos_beyond - kConeRounding ? 0.0f : mean * std::max(cos_out, kMinEmitterCosine);
+}
+
+template <class... Receiver>
+float LightTree::first_share(uint32_t node, const Receiver&... receiver) const {
+  const float first = importance(nodes_[node + 1], receiver...),
+              second = importance(nodes_[nodes_[node].second], receiver...);
   const float sum = first + second;
   if (!(sum > 0.0f)) return -1.0f;
   if (std::isfinite(sum)) return first / sum;
   return std::isfinite(first) ? 0.0f : (std::isfinite(second) ? 1.0f : 0.5f);
 }
 
-LightTree::Choice LightTree::choose_below(uint32_t node, Vec3 p, Vec3 n, float u) const {
+template <class... Receiver>
+LightTree::Choice LightTree::choose_for(uint32_t node, float u, const Receiver&... receiver) const {
   float pmf = 1.0f;
   while (!nodes_[node].leaf) {
-    const float first = first_share(node, p, n);
+    const float first = first_share(node, receiver...);
     if (first < 0.0f) return {0, 0.0f, u};
     if (u < first) {
       u = std::min(u / first, kOneMinusEpsilon);
@@ -236,7 +284,14 @@ LightTree::Choice LightTree::choose_below(uint32_t node, Vec3 p, Vec3 n, float u
   return {nodes_[node].second, pmf, u};
 }
 
-float LightTree::pmf_below(uint32_t top, Vec3 p, Vec3 n, uint32_t light) const {
+LightTree::Choice LightTree::choose_below(uint32_t node, Vec3 p, Vec3 n, float u) const {
+  return choose_for(node, u, p, n);
+}
+
+LightTree::Choice LightTree::choose(const LightStretch& stretch, float u) const { return choose_for(0, u, stretch); }
+
+template <class... Receiver>
+float LightTree::pmf_for(uint32_t top, uint32_t light, const Receiver&... receiver) const {
   if (!contains(light)) return 0.0f;
   float pmf = 1.0f;
   uint32_t node = 0;
@@ -244,7 +299,7 @@ float LightTree::pmf_below(uint32_t top, Vec3 p, Vec3 n, uint32_t light) const {
   for (uint64_t trail = trails_[light]; trail > 1; trail >>= 1) {
     const bool to_second = trail & 1;
     if (below) {
-      const float first = first_share(node, p, n);
+      const float first = first_share(node, receiver...);
       if (first < 0.0f) return 0.0f;
       pmf *= to_second ? 1.0f - first : first;
     }
@@ -253,6 +308,10 @@ float LightTree::pmf_below(uint32_t top, Vec3 p, Vec3 n, uint32_t light) const {
   }
   return below ? pmf : 0.0f;
 }
+
+float LightTree::pmf_below(uint32_t top, Vec3 p, Vec3 n, uint32_t light) const { return pmf_for(top, light, p, n); }
+
+float LightTree::pmf(const LightStretch& stretch, uint32_t light) const { return pmf_for(0, light, stretch); }
 
 uint32_t LightTree::leaf_of(uint32_t light) const {
   uint32_t node = 0;

@@ -7,6 +7,9 @@
 // if nothing below can illuminate p, so every light that reaches p has a positive probability. Occlusion is not
 // considered.
 //
+// For a part of a ray in a medium, the mean of intensity / distance^2 along it counts, in closed form [Kulla and Fajardo
+// 2012, eq. 7, integrated], with the most favourable angle of all its points.
+//
 // The choice inverts one random number and returns the remainder of it, so stratified numbers stay stratified.
 #pragma once
 
@@ -14,6 +17,7 @@
 #include <vector>
 
 #include "lights/light_bounds.h"
+#include "lights/light_stretch.h"
 
 namespace ajar {
 
@@ -37,8 +41,10 @@ class LightTree {
   bool contains(uint32_t light) const { return light < trails_.size() && trails_[light] != kNoTrail; }
   /// n = 0: light from all sides counts.
   Choice choose(Vec3 p, Vec3 n, float u) const { return choose_below(0, p, n, u); }
+  Choice choose(const LightStretch& stretch, float u) const;
   /// Exactly the pmf that `choose` reports for this light.
   float pmf(Vec3 p, Vec3 n, uint32_t light) const { return pmf_below(0, p, n, light); }
+  float pmf(const LightStretch& stretch, uint32_t light) const;
   /// A cut: nodes that together hold every light once, in ascending order, and estimates of their shares of the light
   /// that reaches a neighbourhood of p. The node that sends most is split first, until there are `max_nodes`.
   struct CutNode {
@@ -53,6 +59,8 @@ class LightTree {
   uint32_t leaf_of(uint32_t light) const;
   /// Estimate of the irradiance that all lights send to p.
   float importance(Vec3 p, Vec3 n) const { return nodes_.empty() ? 0.0f : importance(nodes_[0], p, n); }
+  /// The mean of that along a stretch.
+  float importance(const LightStretch& stretch) const { return nodes_.empty() ? 0.0f : importance(nodes_[0], stretch); }
   /// Trees with equal fingerprints make equal choices, and their nodes hold the same lights.
   uint64_t fingerprint() const;
   size_t memory_bytes() const { return nodes_.size() * sizeof(Node) + trails_.size() * sizeof(uint64_t); }
@@ -61,6 +69,7 @@ class LightTree {
   struct Node {
     Vec3 center, axis;
     float radius_squared;  // of the sphere around the box
+    Vec3 half;             // half the size of the box
     float cos_normals, sin_normals, cos_beyond;
     float intensity;  // LightBounds::intensity without the part that grows
     Vec2 growing;
@@ -71,9 +80,15 @@ class LightTree {
 
   static float strength(const Node& node, float distance2);
   static float importance(const Node& node, const Vec3& p, const Vec3& n);
+  static float importance(const Node& node, const LightStretch& stretch);
   static float importance_nearby(const Node& node, Vec3 p, float radius, Vec3 n);
-  /// Probability of the first child; negative if neither reaches p.
-  float first_share(uint32_t node, const Vec3& p, const Vec3& n) const;
+  /// Probability of the first child; negative if neither reaches the receiver: a point and its normal, or a stretch.
+  template <class... Receiver>
+  float first_share(uint32_t node, const Receiver&... receiver) const;
+  template <class... Receiver>
+  Choice choose_for(uint32_t node, float u, const Receiver&... receiver) const;
+  template <class... Receiver>
+  float pmf_for(uint32_t top, uint32_t light, const Receiver&... receiver) const;
   static void set_bounds(Node& node, const LightBounds& bounds);
   /// Returns the bounds of these entries.
   LightBounds build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail);

@@ -29,12 +29,10 @@ EyeMedia::Step EyeMedia::meet(EyeWalk& walk, const Along& how, Color& beta, Ligh
                lit = scattered_ != Scattered::None && scene_.lights().can_choose(), thorough = how.thorough && uniform;
     MediumLight sampled;
     const SampledPart part = scattered_ == Scattered::ByRayKind ? SampledPart::ByRayKind : SampledPart::All;
-    const auto context = [&](const PhaseFunction& phase) {
-      return MediumLightContext<State>{scene_, s,   ray, point, phase, how.sampler, how.dimension + (thorough ? 2 : 0),
-                                       rays_,  part};
-    };
+    const MediumLightContext<State> context{scene_, s,   ray, point, how.sampler, how.dimension + (thorough ? 2 : 0),
+                                            rays_,  part};
     if (thorough && lit && may_scatter && event.at.scatters())
-      light.scattered += estimate_direct_along(context(phase()), along.t_end, event.at, beta, sampled);
+      light.scattered += estimate_direct_along(context, along.t_end, event.at, beta, sampled);
     bool scattered;
     if (uniform) {
       how.sampler.set_dimension(how.dimension);
@@ -48,8 +46,8 @@ EyeMedia::Step EyeMedia::meet(EyeWalk& walk, const Along& how, Color& beta, Ligh
     if (!(max_component(glm::abs(beta)) > 0.0f)) return Step::End;
     if (scattered) {
       place_ = ray.origin + event.t * ray.direction;
-      if (lit && !thorough) light.scattered += beta * estimate_direct_at(context(phase()), place_, sampled);
-      chosen_from_ = lit ? sampled.chosen_from : place_;
+      if (lit && !thorough) light.scattered += beta * estimate_direct_at(context, phase(), place_, sampled);
+      chosen_for_ = lit ? sampled.chosen_for : LightStretch::at(place_);
       receiver_set_ = s.media.receiver_set(s.stack);
       return Step::Scattered;
     }

@@ -93,7 +93,7 @@ class EyeMedia {
   /// Whether a phase function chose the present direction, and the weight of a light that it hits.
   bool chose_direction() const { return chose_; }
   float weight_of_hit(const EyeWalk& walk, uint32_t light, Vec3 position, Vec3 normal) const {
-    return weight_of_hit_in_medium(scene_, {place_, chosen_from_, pdf_, receiver_set_, walk.ray.time}, light,
+    return weight_of_hit_in_medium(scene_, {place_, chosen_for_, pdf_, receiver_set_, walk.ray.time}, light,
                                    walk.ray.direction, position, normal);
   }
   /// A surface has chosen the direction.
@@ -115,7 +115,8 @@ class EyeMedia {
   float pdf_ = 0.0f;
   float plain_ = kPlainShareOfPaths;  ///< probability that phase functions alone chose the directions, given these
   uint32_t receiver_set_ = kEveryLight;
-  Vec3 place_{0.0f}, chosen_from_{0.0f};
+  Vec3 place_{0.0f};
+  LightStretch chosen_for_;
   const GuideTree* guide_ = nullptr;
 };
 

@@ -2,10 +2,10 @@
 //
 // One sample of one light, weighted by the power heuristic against the phase function (or the BSDF) and multiplied by
 // the transmittance [Veach 1997, section 9.2; Fong et al. 2017]. For a part of a ray where no medium varies, direct
-// light is estimated whether or not the path scatters there. The estimate samples its own distance, by transmittance or
-// by the angle at the light, so that lamps near the ray do not cause noise [Kulla and Fajardo 2012, "Importance
-// Sampling Techniques for Path Tracing in Participating Media"]. Otherwise it is estimated at the point where the path
-// scatters. `State` is the state of a path: media, counters, random numbers, stack.
+// light is estimated whether or not the path scatters there. The light is chosen for the whole part. The estimate
+// samples its own distance, by transmittance or by the angle at the light, so that lamps near the ray do not cause noise [Kulla and Fajardo 2012, "Importance Sampling Techniques for Path Tracing in Participating
+// Media"]. Otherwise it is estimated at the point where the path scatters. `State` is the state of a path: media,
+// counters, random numbers, stack.
 #pragma once
 
 #include "lights/lamp.h"
@@ -45,7 +45,6 @@ struct MediumLightContext {
   State& state;
   const Ray& ray;            ///< along which the path travels
   const ShadingPoint& path;  ///< depths of the path
-  const PhaseFunction& phase;
   Sampler& sampler;
   uint32_t first;  ///< dimension of the sampler
   uint64_t& rays;
@@ -54,29 +53,34 @@ struct MediumLightContext {
 /// Number of dimensions, starting at `first`, of each estimate.
 constexpr uint32_t kMediumLightDimensions = 6;
 
-/// The light that an estimate has chosen, and the place for which it was chosen.
+/// The light that an estimate has chosen, and the part of the ray for which it was chosen.
 struct MediumLight {
-  Vec3 chosen_from{0.0f};
+  LightStretch chosen_for;
   uint32_t light = 0;
 };
 
-/// Chooses a light for `place`, of those that light the volume.
+/// Chooses a light, of those that light the volume. False if there is none, or if the path does not count its light.
 template <class State>
-LightSet::Choice choose_light(const MediumLightContext<State>& c, Vec3 place) {
+bool choose_light(const MediumLightContext<State>& c, const LightStretch& stretch, float u, MediumLight& sampled,
+                  LightSet::Choice& choice, LightFlags& light) {
   const LightSet& lights = c.scene.lights();
   const uint32_t set = lights.any_linked() ? c.state.media.receiver_set(c.state.stack) : kEveryLight;
-  return lights.choose(place, Vec3(0.0f), c.sampler.get_1d(), set);
+  choice = lights.choose(stretch, u, set);
+  sampled = {stretch, choice.light};
+  if (!(choice.pmf > 0.0f)) return false;
+  light = lights.flags(choice.light);
+  return (light.visibility & kVisibleVolumeScatter) && c.path.ray_depth <= light.max_bounces;
 }
 
 /// The light that reaches `place` from the chosen light and is scattered there.
 template <class State>
-Color light_scattered(const MediumLightContext<State>& c, const LightSet::Choice& choice, LightFlags light, Vec3 place,
-                      Vec2 u) {
+Color light_scattered(const MediumLightContext<State>& c, const PhaseFunction& phase, const LightSet::Choice& choice,
+                      LightFlags light, Vec3 place, Vec2 u) {
   const auto sample = c.scene.lights().sample_li(choice.light, place, u, c.ray.time);
   const bool by_kind = c.part == SampledPart::ByRayKind;
   if (!sample || is_black(sample->radiance) || (by_kind && !light.cast_shadow)) return Color(0.0f);
   const float cosine = glm::dot(c.ray.direction, sample->wi);
-  Color contribution = c.phase.evaluate(cosine) * sample->radiance / (choice.pmf * sample->pdf_solid_angle);
+  Color contribution = phase.evaluate(cosine) * sample->radiance / (choice.pmf * sample->pdf_solid_angle);
   if (light.cast_shadow) {
     ++c.rays;
     Ray shadow;
@@ -90,15 +94,15 @@ Color light_scattered(const MediumLightContext<State>& c, const LightSet::Choice
     if (by_kind && !by_ray_kind) return Color(0.0f);
   }
   if (!sample->delta && light.mis && !light.partial())
-    contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, c.phase.pdf_solid_angle(cosine));
+    contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, phase.pdf_solid_angle(cosine));
   return contribution;
 }
 
 /// The data of a vertex in a medium that weigh the hit of its phase function's sample.
 struct MediumVertex {
   Vec3 position;
-  Vec3 chosen_from;  ///< lights were chosen for there
-  float phase_pdf;   ///< of the direction travelled
+  LightStretch chosen_for;  ///< lights were chosen for it
+  float phase_pdf;          ///< of the direction travelled
   uint32_t receiver_set;
   float time;  ///< of the path
 };
@@ -110,90 +114,127 @@ inline float weight_of_hit_in_medium(const Scene& scene, const MediumVertex& v, 
   if (lights.any_partial() && lights.flags(light).partial()) return 0.0f;
   if (lights.any_linked() && !lights.flags(light).lights(v.receiver_set)) return 0.0f;
   const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
-  return power_heuristic(v.phase_pdf, lights.choice_pmf(v.chosen_from, Vec3(0.0f), light, v.receiver_set) *
+  return power_heuristic(v.phase_pdf, lights.choice_pmf(v.chosen_for, light, v.receiver_set) *
                                           lights.pdf_li(light, v.position, wi, distance, normal, v.time));
 }
 
 /// Direct light at a point where the path scatters.
 template <class State>
-Color estimate_direct_at(const MediumLightContext<State>& c, Vec3 place, MediumLight& sampled) {
+Color estimate_direct_at(const MediumLightContext<State>& c, const PhaseFunction& phase, Vec3 place,
+                         MediumLight& sampled) {
   c.sampler.set_dimension(c.first);
-  const Vec2 u = c.sampler.get_2d();
-  const LightSet::Choice choice = choose_light(c, place);
-  sampled = {place, choice.light};
-  if (!(choice.pmf > 0.0f)) return Color(0.0f);
-  const LightFlags light = c.scene.lights().flags(choice.light);
-  if (!(light.visibility & kVisibleVolumeScatter) || c.path.ray_depth > light.max_bounces) return Color(0.0f);
-  return light_scattered(c, choice, light, place, u);
+  const Vec3 u = c.sampler.get_3d();
+  LightSet::Choice choice;
+  LightFlags light;
+  if (!choose_light(c, LightStretch::at(place), u.z, sampled, choice, light)) return Color(0.0f);
+  return light_scattered(c, phase, choice, light, place, Vec2(u));
 }
 
-/// Direct light along a part of a ray in one medium. `beta` is the throughput at its start. The light is chosen for a
-/// point that is sampled by transmittance. The distance is sampled by a mixture of transmittance and, within the cone of
-/// a spot or area lamp, the angle at the light. The path's own scattering is weighted against this estimate for the same point.
+/// Distances at which a uniform medium scatters: a mixture of those of the channels, by their scattered light.
+class UniformDistances {
+ public:
+  /// `beta`: throughput at the begin of the stretch.
+  UniformDistances(const MediumPoint& medium, Color beta, float begin, float end)
+      : extinction_(medium.extinction), begin_(begin), length_(end - begin) {
+    for (int k = 0; k < 3; ++k) {
+      if (extinction_[k] > 0.0f) lost_[k] = -std::expm1(-extinction_[k] * length_);
+      probability_[k] = lost_[k] > 0.0f ? std::abs(beta[k]) * medium.scattering[k] : 0.0f;
+      if (probability_[k] > probability_[likeliest_]) likeliest_ = k;
+    }
+    const float sum = probability_.x + probability_.y + probability_.z;
+    if (sum > 0.0f) probability_ /= sum;
+  }
+  bool scatters() const { return probability_[likeliest_] > 0.0f; }
+  float begin() const { return begin_; }
+  float end() const { return begin_ + length_; }
+  /// Where most of the scattering is: within a mean free path.
+  float reach() const { return std::min(length_, 1.0f / extinction_[likeliest_]); }
+  float sample(float u) const {
+    int channel = 0;
+    while (channel < 2 && u >= probability_[channel]) u -= probability_[channel++];
+    if (!(probability_[channel] > 0.0f)) channel = likeliest_;  // rounding
+    u = std::min(u / probability_[channel], kOneMinusEpsilon);
+    return begin_ + std::min(-std::log(1.0f - u * lost_[channel]) / extinction_[channel], length_);
+  }
+  float pdf(float distance) const {
+    const Color reaching = transmittance_of(extinction_, distance - begin_);
+    float pdf = 0.0f;
+    for (int k = 0; k < 3; ++k)
+      pdf += probability_[k] > 0.0f ? probability_[k] * extinction_[k] * reaching[k] / lost_[k] : 0.0f;
+    return pdf;
+  }
+
+ private:
+  Color extinction_, lost_{0.0f}, probability_{0.0f};
+  float begin_, length_;
+  int likeliest_ = 0;
+};
+
+/// Where on a ray a chosen light is sampled: a mixture of distances at which the medium scatters and, within the cone of a
+/// spot or area lamp, the angle at the light.
+class LightDistances {
+ public:
+  LightDistances(const LightSet& lights, const LightSet::Choice& choice, LightType type, const Ray& ray, Vec2 u,
+                 const UniformDistances& distances)
+      : distances_(distances), begin_(distances.begin()), end_(distances.end()) {
+    if (is_distant(type)) return;
+    // Distances towards a point on the light: one that the nearest lit point of the ray sees, or its position.
+    const Light light = lights.light(choice.light);
+    if (has_cone(type)) clip_to_cone(light, ray, begin_, end_);
+    const auto nearest_to = [&](Vec3 p) { return glm::dot(p - ray.origin, ray.direction); };
+    const Vec3 seen_from = ray.origin +
+                           glm::clamp(nearest_to(light.position), begin_, std::max(begin_, end_)) * ray.direction;
+    const auto towards = lights.sample_li(choice.light, seen_from, u, ray.time);
+    const Vec3 on_light = towards ? seen_from + towards->distance * towards->wi : light.position;
+    nearest_ = nearest_to(on_light);
+    // A light with extent does not get brighter where the ray comes nearer to one of its points than that.
+    const float extent2 = is_sphere(type) ? sqr(light.radius) : 0.25f * light.area;
+    apart_ = std::sqrt(length_squared(on_light - ray.origin - nearest_ * ray.direction) + extent2);
+    first_angle_ = std::atan2(begin_ - nearest_, apart_);
+    angles_ = std::atan2(end_ - nearest_, apart_) - first_angle_;
+    if (apart_ > 0.0f && angles_ > 0.0f) share_ = 0.5f;
+  }
+  float sample(float u) const {
+    if (u < share_)
+      return std::clamp(nearest_ + apart_ * std::tan(first_angle_ + angles_ * (u / share_)), distances_.begin(),
+                        distances_.end());
+    return distances_.sample(std::min((u - share_) / (1.0f - share_), kOneMinusEpsilon));
+  }
+  float pdf(float t) const {
+    float pdf = (1.0f - share_) * distances_.pdf(t);
+    if (share_ > 0.0f && t >= begin_ && t <= end_)
+      pdf += share_ * apart_ / (angles_ * (apart_ * apart_ + sqr(t - nearest_)));
+    return pdf;
+  }
+
+ private:
+  const UniformDistances& distances_;
+  float begin_, end_;  // where light of the lamp can be
+  float share_ = 0.0f, nearest_ = 0.0f, apart_ = 0.0f, first_angle_ = 0.0f, angles_ = 0.0f;
+};
+
+/// Direct light along a part of a ray in one medium. `beta` is the throughput at its start. The path's own scattering is
+/// weighted against this estimate for the same stretch.
 template <class State>
 Color estimate_direct_along(const MediumLightContext<State>& c, float t_end, const MediumPoint& medium, Color beta,
                             MediumLight& sampled) {
   const Ray& ray = c.ray;
-  const float length = t_end - ray.t_min;
-  Color lost(0.0f), probability(0.0f);
-  int likeliest = 0;
-  for (int k = 0; k < 3; ++k) {
-    if (medium.extinction[k] > 0.0f) lost[k] = -std::expm1(-medium.extinction[k] * length);
-    probability[k] = lost[k] > 0.0f ? std::abs(beta[k]) * medium.scattering[k] : 0.0f;
-    if (probability[k] > probability[likeliest]) likeliest = k;
-  }
-  const float sum = probability.x + probability.y + probability.z;
-  if (!(sum > 0.0f)) return Color(0.0f);
-  probability /= sum;
-  const auto distance_of = [&](float u) {
-    int channel = 0;
-    while (channel < 2 && u >= probability[channel]) u -= probability[channel++];
-    if (!(probability[channel] > 0.0f)) channel = likeliest;  // rounding
-    u = std::min(u / probability[channel], kOneMinusEpsilon);
-    return std::min(-std::log(1.0f - u * lost[channel]) / medium.extinction[channel], length);
-  };
+  const UniformDistances distances(medium, beta, ray.t_min, t_end);
+  if (!distances.scatters()) return Color(0.0f);
   c.sampler.set_dimension(c.first);
-  const Vec2 u = c.sampler.get_2d();
-  const Vec3 chosen_from = ray.origin + (ray.t_min + distance_of(c.sampler.get_1d())) * ray.direction;
-  const LightSet::Choice choice = choose_light(c, chosen_from);
-  sampled = {chosen_from, choice.light};
-  if (!(choice.pmf > 0.0f)) return Color(0.0f);
-  const LightFlags light = c.scene.lights().flags(choice.light);
-  if (!(light.visibility & kVisibleVolumeScatter) || c.path.ray_depth > light.max_bounces) return Color(0.0f);
-
-  // Distances towards a point on the light.
-  const auto towards = c.scene.lights().sample_li(choice.light, chosen_from, u, ray.time);
-  float share = 0.0f, nearest = 0.0f, apart = 0.0f, angle_begin = 0.0f, angles = 0.0f;
-  float lit_begin = ray.t_min, lit_end = t_end;
-  if (towards && towards->distance < kInfinity) {
-    const Vec3 to_light = chosen_from + towards->distance * towards->wi - ray.origin;
-    if (has_cone(light.type)) clip_to_cone(c.scene.lights().light(choice.light), ray, lit_begin, lit_end);
-    nearest = glm::dot(to_light, ray.direction);
-    apart = glm::length(to_light - nearest * ray.direction);
-    angle_begin = std::atan2(lit_begin - nearest, apart);
-    angles = std::atan2(lit_end - nearest, apart) - angle_begin;
-    if (apart > 0.0f && angles > 0.0f) share = 0.5f;
-  }
-  float u_distance = c.sampler.get_1d(), distance;
-  if (u_distance < share)
-    distance = std::clamp(nearest + apart * std::tan(angle_begin + angles * (u_distance / share)) - ray.t_min, 0.0f,
-                          length);
-  else
-    distance = distance_of(std::min((u_distance - share) / (1.0f - share), kOneMinusEpsilon));
-  if (!(distance < kInfinity)) return Color(0.0f);
-  // The density of the mixture: transmittance for each channel, and the angle at the light [Kulla and Fajardo 2012].
-  const Color reaching = transmittance_of(medium.extinction, distance);
-  float pdf = 0.0f;
-  for (int k = 0; k < 3; ++k)
-    pdf += probability[k] > 0.0f ? probability[k] * medium.extinction[k] * reaching[k] / lost[k] : 0.0f;
-  pdf *= 1.0f - share;
-  const float t = ray.t_min + distance;
-  if (share > 0.0f && t >= lit_begin && t <= lit_end)
-    pdf += share * apart / (angles * (apart * apart + sqr(t - nearest)));
-  const Color weight = beta * medium.scattering * reaching / pdf;
+  const Vec3 u = c.sampler.get_3d();
+  LightSet::Choice choice;
+  LightFlags light;
+  const LightStretch stretch{ray.origin, ray.direction, distances.begin(), distances.end(), distances.reach()};
+  if (!choose_light(c, stretch, u.z, sampled, choice, light)) return Color(0.0f);
+  const LightDistances towards(c.scene.lights(), choice, light.type, ray, Vec2(u), distances);
+  const float t = towards.sample(c.sampler.get_1d());
+  if (!(t < kInfinity)) return Color(0.0f);
+  const Color reaching = transmittance_of(medium.extinction, t - ray.t_min);
+  const Color weight = beta * medium.scattering * reaching / towards.pdf(t);
   if (!(max_component(glm::abs(weight)) > 0.0f) || !is_finite(weight)) return Color(0.0f);
   const Vec3 place = ray.origin + t * ray.direction;
-  return weight * light_scattered(c, choice, light, place, u);
+  return weight * light_scattered(c, PhaseFunction(medium), choice, light, place, Vec2(u));
 }
 
 }  // namespace ajar

@@ -24,8 +24,8 @@ struct InMedia {
   Pcg32 rng;
   MediaStack stack;
   int depth = 0, stretch = 0, bounds = 0;
-  bool chose = false;      ///< a phase function chose the present direction
-  Vec3 chosen_from{0.0f};  ///< the point for which lights were then chosen
+  bool chose = false;       ///< a phase function chose the present direction
+  LightStretch chosen_for;  ///< the part of a ray for which lights were then chosen
 };
 
 }  // namespace ajar

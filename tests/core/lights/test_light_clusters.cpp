@@ -84,6 +84,27 @@ TEST(LightClusters, lights_have_the_probabilities_by_which_they_are_chosen) {
   }
 }
 
+TEST(LightClusters, lights_have_the_probabilities_by_which_they_are_chosen_for_a_stretch) {
+  const auto scene = build(balls(true));
+  const LightSet& lights = scene->lights();
+  for (const auto& [p, n] : kReceivers) {
+    const LightStretch stretch{p, n, 0.0f, kInfinity, 3.0f};
+    double sum = 0.0;
+    for (uint32_t i = 0; i < lights.size(); ++i) {
+      const float pmf = lights.choice_pmf(stretch, i);
+      sum += double(pmf);
+      if (i % 97 == 0 && lights.flags(i).type == LightType::Triangle && lights.light(i, 0.0f).area > 1e-9f) {
+        ASSERT_GT(pmf, 0.0f) << i;
+      }
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-3);
+    for (int k = 0; k < 2000; ++k) {
+      const LightSet::Choice choice = lights.choose(stretch, (float(k) + 0.5f) / 2000.0f);
+      ASSERT_FLOAT_EQ(choice.pmf, lights.choice_pmf(stretch, choice.light)) << choice.light;
+    }
+  }
+}
+
 TEST(LightClusters, have_the_light_of_a_tree_of_all_triangles) {
   const auto alike = build(balls(true)), apart = build(balls(false));
   ASSERT_EQ(alike->lights().size(), apart->lights().size());

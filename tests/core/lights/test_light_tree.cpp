@@ -123,6 +123,100 @@ TEST(LightTree, every_light_that_reaches_a_point_can_be_chosen) {
   EXPECT_GT(dark, 10000) << "flat lights seen from behind cost no samples";
 }
 
+LightStretch random_stretch(Pcg32& rng, int number) {
+  LightStretch stretch{somewhere(rng, 14.0f), direction(rng), rng.next_float(), 0.0f, 0.0f};
+  stretch.reach = 0.1f + 10.0f * rng.next_float();
+  stretch.end = number % 3 == 0 ? kInfinity : stretch.begin + stretch.reach * (1.0f + 3.0f * rng.next_float());
+  return stretch;
+}
+
+TEST(LightTree, probabilities_for_stretches_are_exact_and_sum_to_one) {
+  const LightTree tree(random_lights(300, 7), 600);
+  Pcg32 rng(3);
+  for (int at = 0; at < 20; ++at) {
+    const LightStretch stretch = random_stretch(rng, at);
+    double sum = 0.0, nothing = 0.0;
+    for (uint32_t light = 0; light < 600; ++light) sum += double(tree.pmf(stretch, light));
+    constexpr int kDraws = 5000;
+    for (int i = 0; i < kDraws; ++i) {
+      const auto choice = tree.choose(stretch, (float(i) + rng.next_float()) / kDraws);
+      if (choice.pmf == 0.0f) {
+        nothing += 1.0 / kDraws;
+      } else {
+        ASSERT_EQ(choice.pmf, tree.pmf(stretch, choice.light));
+        ASSERT_TRUE(choice.u_remapped >= 0.0f && choice.u_remapped < 1.0f);
+      }
+    }
+    EXPECT_NEAR(sum + nothing, 1.0, 4e-3);
+  }
+  // A point is a stretch without length.
+  for (int at = 0; at < 20; ++at) {
+    const Vec3 p = somewhere(rng, 14.0f);
+    for (uint32_t light = 0; light < 600; light += 2)
+      ASSERT_EQ(tree.pmf(LightStretch::at(p), light), tree.pmf(p, Vec3(0.0f), light));
+  }
+}
+
+TEST(LightTree, every_light_that_reaches_a_point_of_a_stretch_can_be_chosen) {
+  Pcg32 rng(5);
+  std::vector<LightTree::Entry> entries;
+  for (uint32_t i = 0; i < 64; ++i) {
+    entries.push_back({i, small_light(somewhere(rng, 4.0f), direction(rng), 1.0f, i % 2 == 0 ? 0.0f : 0.9f, 1.0f)});
+    entries.back().bounds.two_sided = i % 3 == 0;
+  }
+  const std::vector<LightTree::Entry> kept = entries;
+  const LightTree tree(std::move(entries), 64);
+  int dark = 0, lit = 0;
+  for (int at = 0; at < 2000; ++at) {
+    const LightStretch stretch = random_stretch(rng, at);
+    for (const LightTree::Entry& e : kept) {
+      bool shines = false;
+      for (int k = 0; k < 8; ++k) {
+        const float last = std::min(stretch.end, 200.0f), t = stretch.begin + (last - stretch.begin) * rng.next_float();
+        float cosine = glm::dot(glm::normalize(stretch.point(t) - e.bounds.lower), e.bounds.axis);
+        if (e.bounds.two_sided) cosine = std::abs(cosine);
+        shines |= cosine > e.bounds.cos_beyond + 1e-3f;
+      }
+      const float pmf = tree.pmf(stretch, e.light);
+      if (shines) {
+        ASSERT_GT(pmf, 0.0f) << "light " << e.light;
+      }
+      dark += pmf == 0.0f ? 1 : 0;
+      lit += shines ? 1 : 0;
+    }
+  }
+  EXPECT_GT(lit, 40000);
+  EXPECT_GT(dark, 10000) << "cones that the ray does not meet cost no samples";
+}
+
+TEST(LightTree, lamps_near_a_stretch_have_larger_probabilities_and_the_variance_falls) {
+  // A row of lamps beside a ray that is ten times as long. One sample estimates the integral of 1 / distance^2.
+  std::vector<LightTree::Entry> entries;
+  constexpr int kLamps = 40;
+  for (uint32_t i = 0; i < kLamps; ++i)
+    entries.push_back(
+        {i, small_light(Vec3(float(i), 0.2f + 0.05f * float(i % 7), 0), Vec3(0, 0, 1), -1.0f, 1.0f, 1.0f)});
+  const std::vector<LightTree::Entry> kept = entries;
+  const LightTree tree(std::move(entries), kLamps);
+  const LightStretch stretch{Vec3(-1, 0, 0), Vec3(1, 0, 0), 0.0f, 400.0f, 400.0f};
+  const auto integral = [&](uint32_t light) {
+    const double x = double(kept[light].bounds.lower.x) + 1.0, y = double(kept[light].bounds.lower.y);
+    return (std::atan((400.0 - x) / y) + std::atan(x / y)) / y;
+  };
+  double expected = 0.0;
+  for (uint32_t i = 0; i < kLamps; ++i) expected += integral(i);
+  RunningMoments for_stretch, for_points;
+  Pcg32 rng(17);
+  for (int i = 0; i < 20000; ++i) {
+    const auto choice = tree.choose(stretch, rng.next_float());
+    for_stretch.add(integral(choice.light) / double(choice.pmf));
+    const auto at_point = tree.choose(stretch.point(400.0f * rng.next_float()), Vec3(0.0f), rng.next_float());
+    for_points.add(integral(at_point.light) / double(at_point.pmf));
+  }
+  EXPECT_TRUE(mean_agrees(for_stretch, expected, {.test_count = 2}, 1e-6));
+  EXPECT_LT(for_stretch.variance() * 20.0, for_points.variance());
+}
+
 TEST(LightTree, near_lights_have_larger_probabilities_and_the_variance_falls) {
   // A row of equal lamps. One sample estimates the irradiance at a point, with a choice by the tree and by power.
   Pcg32 rng(17);
@@ -165,6 +259,13 @@ TEST(LightTree, probabilities_are_finite_for_extreme_lights_and_points) {
       for (float u : {0.0f, 0.5f, kOneMinusEpsilon}) {
         const auto choice = tree.choose(p, n, u);
         EXPECT_TRUE(std::isfinite(choice.pmf) && choice.pmf >= 0.0f && choice.light < 41);
+        for (float reach : {0.0f, 1e-30f, 1.0f, 1e18f}) {
+          const auto along = tree.choose({p, Vec3(0, 0, n.z < 0.0f ? -1.0f : 1.0f), 0.0f, kInfinity, reach}, u);
+          EXPECT_TRUE(std::isfinite(along.pmf) && along.pmf >= 0.0f && along.light < 41);
+          EXPECT_TRUE(along.pmf == 0.0f ||
+                      along.pmf ==
+                          tree.pmf({p, Vec3(0, 0, n.z < 0.0f ? -1.0f : 1.0f), 0.0f, kInfinity, reach}, along.light));
+        }
       }
 }
 
