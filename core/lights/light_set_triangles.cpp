@@ -15,8 +15,10 @@ namespace {
 
 /// Triangles with varying emission also get this fraction of the mean of their instance.
 constexpr float kTriangleFloor = 0.05f;
-/// With more triangles of varying emission than this in the scene, each is rated by its centre alone.
+/// With more triangles of varying emission than this in the scene, each is rated by its centre alone, else at four points
+/// or more: a screen of two triangles shows a whole image.
 constexpr size_t kManyVarying = 20000;
+constexpr uint32_t kPointsOfMesh = 1024, kMostPoints = 512;
 constexpr uint32_t kChunk = 1024;  ///< triangles in a task
 /// With at least so many triangles in all its instances, a mesh that emits alike in all of them is a cluster in each.
 constexpr size_t kClusteredTriangles = size_t(1) << 18;
@@ -138,11 +140,14 @@ void LightSet::Data::find_luminances(const LightBuildInput& in, std::vector<Pend
     varying += count;
     for (uint32_t t = 0; t < count; t += kChunk) chunks.push_back({i, t, std::min(t + kChunk, count)});
   }
-  const int points = varying > kManyVarying ? 1 : 4;
+  const auto points_of = [&](const Pending& pending) {
+    return varying > kManyVarying ? 1 : int(std::clamp(kPointsOfMesh / pending.block.count, 4u, kMostPoints));
+  };
   tbb::parallel_for(size_t(0), chunks.size(), [&](size_t c) {
     const Pending& pending = blocks[chunks[c].block];
     const BuiltInstance& instance = in.instances[pending.block.instance];
     const BuiltMesh& mesh = in.meshes[instance.mesh];
+    const int points = points_of(pending);
     for (uint32_t t = chunks[c].begin; t != chunks[c].end; ++t) {
       const SlotEmission& emission = emission_of(pending.block, t);
       if (!emission.program || emission.constant) continue;

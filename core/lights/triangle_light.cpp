@@ -115,15 +115,22 @@ ShadingPoint triangle_point(const ObjectDescription& object, const SeenTriangle&
 
 Color mean_emission(const ShaderProgram& program, const ObjectDescription& object, const SeenTriangle& seen,
                     int points) {
-  // Centres of the four similar quarters; the first is that of the whole.
+  // Centres of the four similar quarters; the first is that of the whole. More points are those of an irrational lattice,
+  // because patterns of a texture often repeat at simple fractions.
   constexpr float a = 1.0f / 6.0f, b = 2.0f / 3.0f, c = 1.0f / 3.0f;
-  const Vec2 places[4] = {{c, c}, {a, a}, {b, a}, {a, b}};
+  constexpr Vec2 kQuarters[4] = {{c, c}, {a, a}, {b, a}, {a, b}};
+  constexpr double kStepX = 0.7548776662466927, kStepY = 0.5698402909980532;  // powers of 1 over the plastic number
+  const auto place = [&](int i) {
+    if (points <= 4) return kQuarters[i];
+    const Vec2 p(glm::fract(double(i) * kStepX), glm::fract(double(i) * kStepY));
+    return p.x + p.y > 1.0f ? 1.0f - p : p;
+  };
   const int sides = program.emission_depends_on_side() ? 2 : 1;
   Color sum(0.0f);
   for (int i = 0; i < points; ++i)
     for (int side = 0; side < sides; ++side) {
       const Vec3 wo = side == 0 ? seen.triangle.normal : -seen.triangle.normal;
-      sum += program.evaluate_emission(triangle_point(object, seen, places[i], wo));
+      sum += program.evaluate_emission(triangle_point(object, seen, place(i), wo));
     }
   return sum / float(points * sides);
 }

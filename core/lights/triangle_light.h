@@ -47,7 +47,7 @@ struct SeenTriangle {
 };
 /// All inputs of a shader at `barycentric` of the triangle, seen from direction `wo`.
 ShadingPoint triangle_point(const ObjectDescription& object, const SeenTriangle& seen, Vec2 barycentric, Vec3 wo);
-/// Mean emitted radiance over the triangle and both sides, estimated at 4 points or at 1.
+/// Mean emitted radiance over the triangle and both sides, estimated at so many points.
 Color mean_emission(const ShaderProgram& program, const ObjectDescription& object, const SeenTriangle& seen,
                     int points);
 

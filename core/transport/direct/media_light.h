@@ -3,9 +3,10 @@
 // One sample of one light, weighted by the power heuristic against the phase function (or the BSDF) and multiplied by
 // the transmittance [Veach 1997, section 9.2; Fong et al. 2017]. For a part of a ray where no medium varies, direct
 // light is estimated whether or not the path scatters there. The light is chosen for the whole part. The estimate
-// samples its own distance, by transmittance or by the angle at the light, so that lamps near the ray do not cause noise [Kulla and Fajardo 2012, "Importance Sampling Techniques for Path Tracing in Participating
-// Media"]. Otherwise it is estimated at the point where the path scatters. `State` is the state of a path: media,
-// counters, random numbers, stack.
+// samples its own distance, by transmittance or by the angle at the light, so that lamps near the ray do not cause
+// noise [Kulla and Fajardo 2012, "Importance Sampling Techniques for Path Tracing in Participating Media"]. Otherwise
+// it is estimated at the point where the path scatters. `State` is the state of a path: media, counters, random
+// numbers, stack.
 #pragma once
 
 #include "lights/lamp.h"
@@ -50,7 +51,7 @@ struct MediumLightContext {
   uint64_t& rays;
   SampledPart part = SampledPart::All;  ///< or ByRayKind
 };
-/// Number of dimensions, starting at `first`, of each estimate.
+/// Number of dimensions, starting at `first`, that are kept for each estimate.
 constexpr uint32_t kMediumLightDimensions = 6;
 
 /// The light that an estimate has chosen, and the part of the ray for which it was chosen.

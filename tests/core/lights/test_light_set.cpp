@@ -1078,6 +1078,37 @@ TEST(LightSet, lights_whose_emission_grows_with_the_distance_are_chosen_by_what_
 
 // A large mesh whose emission was found black everywhere takes few of the samples from the lights that shine: a choice
 // of it adds nothing, which is noise.
+// A wall of light dots: two triangles, and a mask that is dark at the corners of a fine grid.
+TEST(LightSet, a_screen_of_dots_has_the_power_of_its_dots) {
+  SceneDescription d = dark();
+  GraphBuilder g;
+  const int place = g.node("ShaderNodeTexCoord");
+  const int scaled = g.node(
+      "ShaderNodeVectorMath",
+      {linked_input("Vector", place, "Generated"), value_input("Vector_001", Vec4(192.0f, 96.0f, 0.0f, 0.0f))},
+      {text_property("operation", "MULTIPLY")});
+  const int in_cell = g.node("ShaderNodeVectorMath", {linked_input("Vector", scaled, "Vector")},
+                             {text_property("operation", "FRACTION")});
+  const int distance = g.node(
+      "ShaderNodeVectorMath",
+      {linked_input("Vector", in_cell, "Vector"), value_input("Vector_001", Vec4(0.5f, 0.5f, 0.0f, 0.0f))},
+      {text_property("operation", "DISTANCE")});
+  const int dot = g.node("ShaderNodeMath", {linked_input("Value", distance, "Value"), value_input("Value_001", 0.38f)},
+                         {text_property("operation", "LESS_THAN")});
+  const int emission = g.node("ShaderNodeEmission",
+                              {value_input("Color", Vec4(1.0f)), linked_input("Strength", dot, "Value")});
+  const int material = add_diffuse(d, Color(0.5f));
+  d.materials[size_t(material)].graph = g.graph;
+  d.materials[size_t(material)].graph.surface = {emission, "Emission"};
+  add_object(d, plane(1.0f), material, Mat4(1.0f));
+  const auto scene = build(d);
+  const LightSet& lights = scene->lights();
+  ASSERT_EQ(lights.size(), 2u);
+  // Both sides of 4 m^2 emit on pi 0.38^2 of their area.
+  const double watts = 2.0 * M_PI * 4.0 * M_PI * 0.38 * 0.38;
+  EXPECT_NEAR(lights.total_power(), watts, 0.1 * watts);
+}
+
 TEST(LightSet, large_meshes_that_were_found_dark_are_chosen_rarely) {
   SceneDescription d = dark();
   d.lights.push_back(sun({0, 0, -1}, 0.0f));
