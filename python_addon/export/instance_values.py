@@ -6,14 +6,15 @@ innermost layer that has an attribute of the name counts. The persistent identif
 
 from __future__ import annotations
 
-from array import array
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import chain
 
 import bpy
 import numpy as np
 
 from . import attributes, named_values
 from .context import ExportContext
+from .instance_rows import InstanceRows
 
 CAN_READ = hasattr(bpy.types.Object, "evaluated_geometry")
 _NO_LAYER = 2**31 - 1   # in persistent identifiers
@@ -110,25 +111,13 @@ class Reader:
         return _Layer(self, geometry, cloud) if cloud is not None else None
 
 
-class InstanceValues:
-    """One row for each instance that has values of its own. The class has no references to evaluated data, so that a viewport can keep it."""
+class InstanceValues(InstanceRows):
+    """The values of each instance that has values of its own: four numbers for each name that materials read from instancers, in order."""
 
-    def __init__(self) -> None:
-        self.instances = array("i")
-        self.values = array("f")
-
-    def add(self, number: int, values: Sequence[named_values.Value]) -> None:
-        """`values`: one for each name."""
-        self.instances.append(number)
-        for value in values:
-            self.values.extend(value)
+    def add(self, number: int, values: Iterable[named_values.Value]) -> None:
+        self.add_row(number, chain.from_iterable(values))
 
     def export(self, context: ExportContext, shown: np.ndarray) -> None:
-        """`shown`: a flag for each instance; the others are not in the description."""
-        if not self.instances:
-            return
-        numbers = np.frombuffer(self.instances, dtype=np.int32)
-        kept = shown[numbers]
         columns = len(context.instancer_properties)
-        values = np.frombuffer(self.values, dtype=np.float32).reshape(-1, 4 * columns)
-        context.description.set_instance_values((np.cumsum(shown) - 1)[numbers[kept]].astype(np.int32), columns, values[kept])
+        if (found := self.of_shown(shown, 4 * columns)) is not None:
+            context.description.set_instance_values(found[0], columns, found[1])

@@ -16,13 +16,8 @@ import linking_inside as stage
 
 def glowing(*names: str) -> bpy.types.Material:
     """Emits the sum of the attributes of the instancer."""
-    material = bpy.data.materials.new("Glow")
-    material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    output, emission = tree.nodes.new("ShaderNodeOutputMaterial"), tree.nodes.new("ShaderNodeEmission")
-    tree.links.new(emission.outputs[0], output.inputs["Surface"])
-    last = None
+    material = stage.material((1.0, 1.0, 1.0), "ShaderNodeEmission")
+    tree, last = material.node_tree, None
     for name in names:
         node = tree.nodes.new("ShaderNodeAttribute")
         node.attribute_type, node.attribute_name = "INSTANCER", name
@@ -33,7 +28,7 @@ def glowing(*names: str) -> bpy.types.Material:
         tree.links.new(last, add.inputs[0])
         tree.links.new(node.outputs["Color"], add.inputs[1])
         last = add.outputs[0]
-    tree.links.new(last, emission.inputs["Color"])
+    tree.links.new(last, tree.nodes["Emission"].inputs["Color"])
     return material
 
 
