@@ -337,7 +337,8 @@ struct LightDescription {
   float light_importance = 1.0f;  ///< see ObjectDescription
   /// spot: the intensity does not fall with the cosine to the axis, and the cone has the scale of the lamp
   bool even_spot = false;
-  bool even_sun = false;      ///< sun: the same radiance everywhere in its cone; otherwise 1 / cos^3 (lights/lamp.h)
+  bool
+      even_sun = false;  ///< sun: the same radiance everywhere in its cone; otherwise 1 / cos^3 (lights/sources/lamp.h)
   bool soft_falloff = false;  ///< point, spot: a disk that faces the lit point instead of the sphere
   LightLinks links;
   int max_bounces = 1024;   ///< after more bounces, the light is not sampled any more, as in Cycles

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 
 namespace ajar {
 

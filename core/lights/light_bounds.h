@@ -1,8 +1,8 @@
 // Bounds of the positions and directions of lights. They can be joined; the nodes of the light tree use them.
 #pragma once
 
-#include "lights/light.h"
-#include "lights/triangle_light.h"
+#include "lights/sources/light.h"
+#include "lights/sources/triangle_light.h"
 
 namespace ajar {
 

@@ -6,7 +6,7 @@
 #include <tbb/parallel_for.h>
 
 #include "geometry/points.h"
-#include "lights/triangle_light.h"
+#include "lights/sources/triangle_light.h"
 #include "math/random.h"
 
 namespace ajar {

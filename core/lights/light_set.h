@@ -25,9 +25,9 @@
 #include <vector>
 
 #include "geometry/geometry.h"
-#include "lights/light.h"
 #include "lights/light_stretch.h"
-#include "lights/triangle_light.h"
+#include "lights/sources/light.h"
+#include "lights/sources/triangle_light.h"
 #include "shading/shader_program.h"
 
 namespace ajar {

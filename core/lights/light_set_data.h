@@ -7,12 +7,12 @@
 #include <optional>
 #include <vector>
 
-#include "lights/environment.h"
-#include "lights/lamp.h"
 #include "lights/light_clusters.h"
 #include "lights/light_set.h"
 #include "lights/light_tree.h"
-#include "lights/triangle_light.h"
+#include "lights/sources/environment.h"
+#include "lights/sources/lamp.h"
+#include "lights/sources/triangle_light.h"
 #include "math/distribution.h"
 #include "math/warps.h"
 

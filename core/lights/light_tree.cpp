@@ -18,28 +18,10 @@ constexpr int kBins = 12;
 constexpr int kDeepestByCost = 32;  ///< below this depth, nodes are halved by number: a trail has at most 63 branches
 constexpr uint32_t kParallelBuild = 8192;
 constexpr size_t kSampled = 2048;  ///< about so many lights of a node decide its split
-/// Minimum cosine at the receiver: shading normals differ from geometric ones, and coats have normals of their own.
-constexpr float kMinReceiverCosine = 0.02f;
-/// For stretches: rounding of the cosine at the edge of a cone, and the minimum factor of lights that may reach one.
-constexpr float kConeRounding = 1e-4f, kMinEmitterCosine = 1e-3f;
 
 float area_measure(const LightBounds& b) {
   const Vec3 d = b.upper - b.lower;
   return d.x * d.y + d.y * d.z + d.z * d.x;
-}
-
-/// Cosine of max(0, a - b) from the cosines of a and b and the sine of b; a is at most 180 degrees.
-float cos_of_rest(float cos_a, float cos_b, float sin_b) {
-  if (cos_a >= cos_b) return 1.0f;
-  const float sin_a = std::sqrt(std::abs(1.0f - cos_a * cos_a));  // rounding at 180 degrees can make this negative
-  return cos_a * cos_b + sin_a * sin_b;
-}
-
-/// atan2(y, x) for y >= 0, within 0.005. An importance need not be exact.
-float angle_of(float y, float x) {
-  const float most = std::max(y, std::abs(x)), z = std::min(y, std::abs(x)) / std::max(most, 1e-30f);
-  const float octant = z / (1.0f + 0.28f * z * z), quadrant = y > std::abs(x) ? 0.5f * kPi - octant : octant;
-  return x < 0.0f ? kPi - quadrant : quadrant;
 }
 
 Vec3 center_of(const LightBounds& b) { return 0.5f * b.lower + 0.5f * b.upper; }
@@ -103,46 +85,45 @@ void Split::find_cheapest(std::span<const LightTree::Entry> entries) {
 
 LightTree::LightTree(std::vector<Entry> entries, uint32_t light_count) {
   if (entries.empty()) return;
+  lamps_ = uint32_t(std::partition(entries.begin(), entries.end(), [](const Entry& e) { return !e.bounds.two_sided; }) -
+                    entries.begin());
+  std::vector<LightLanes::Lane> lanes(lamps_);
   nodes_.resize(2 * entries.size() - 1);
   trails_.assign(light_count, kNoTrail);
-  build(entries, 0, uint32_t(entries.size()), 0, 1);
+  build(entries, 0, uint32_t(entries.size()), 0, 1, lanes);
+  if (lamps_ > 0) divide(lamps_ < entries.size() ? 1 : 0, lanes);
+  lanes_ = LightLanes(lanes);
 }
 
 uint64_t LightTree::fingerprint() const {
   uint64_t hash = hash64(nodes_.size());
   const auto add = [&](float x) { hash = hash64(hash ^ std::bit_cast<uint32_t>(x)); };
   for (const Node& node : nodes_) {
-    for (const Vec3& v : {node.center, node.axis})
+    for (const Vec3& v : {Vec3(node.center), Vec3(node.axis)})
       for (int axis = 0; axis < 3; ++axis) add(v[axis]);
     for (const float x :
-         {node.radius_squared, node.cos_normals, node.cos_beyond, node.intensity, node.growing.x, node.growing.y})
+         {node.radius_squared, node.cos_normals, node.cos_beyond, node.intensity, node.growing, node.growing_squared})
       add(x);
     hash = hash64(hash ^ node.second ^ (uint64_t(node.leaf) << 32) ^ (uint64_t(node.two_sided) << 33));
   }
   return hash;
 }
 
-void LightTree::set_bounds(Node& n, const LightBounds& bounds) {
-  n.center = center_of(bounds);
-  const Vec3 half = 0.5f * bounds.upper - 0.5f * bounds.lower;
-  n.radius_squared = glm::dot(half, half);
-  n.half = half;
-  n.axis = bounds.axis;
-  n.cos_normals = bounds.cos_normals;
-  n.sin_normals = std::sqrt(std::max(0.0f, 1.0f - sqr(bounds.cos_normals)));
-  n.cos_beyond = bounds.cos_beyond;
-  n.intensity = std::max(bounds.intensity - bounds.grown, 0.0f);
-  n.growing = bounds.growing;
-  n.two_sided = bounds.two_sided;
-}
-
-LightBounds LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail) {
+LightBounds LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail,
+                             std::vector<LightLanes::Lane>& lanes) {
   Node& n = nodes_[node];
+  const auto set_bounds = [&](const LightBounds& bounds) {
+    static_cast<LightAim&>(n) = aim_of(bounds);
+    n.two_sided = bounds.two_sided;
+  };
   n.leaf = end - begin == 1;
+  n.lane = begin % kMaxLanes;
+  n.parts = end <= std::min(lamps_, kMaxLanes) && end - begin <= kParts ? end - begin : 0;
   if (n.leaf) {
-    set_bounds(n, entries[begin].bounds);
+    set_bounds(entries[begin].bounds);
     n.second = entries[begin].light;
     trails_[n.second] = trail;
+    if (begin < lamps_) lanes[begin] = {n, node};
     return entries[begin].bounds;
   }
   Vec3 lower(kInfinity), upper(-kInfinity);
@@ -158,7 +139,9 @@ LightBounds LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32
   if (depth < kDeepestByCost) split.find_cheapest({entries.data() + begin, end - begin});
   const auto first = entries.begin() + begin, last = entries.begin() + end;
   uint32_t middle = begin + (end - begin) / 2;
-  if (split.axis >= 0) {
+  if (begin < lamps_ && lamps_ < end) {
+    middle = lamps_;
+  } else if (split.axis >= 0) {
     middle = uint32_t(
         std::partition(first, last, [&](const Entry& e) { return split.bin_of(e, split.axis) <= split.bin; }) -
         entries.begin());
@@ -175,8 +158,8 @@ LightBounds LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32
   const uint64_t end_bit = uint64_t(1) << depth, deeper = end_bit << 1;
   const uint64_t to_first = (trail ^ end_bit) | deeper, to_second = trail | deeper;
   LightBounds of_first, of_second;
-  const auto build_first = [&] { of_first = build(entries, begin, middle, node + 1, to_first); };
-  const auto build_second = [&] { of_second = build(entries, middle, end, second, to_second); };
+  const auto build_first = [&] { of_first = build(entries, begin, middle, node + 1, to_first, lanes); };
+  const auto build_second = [&] { of_second = build(entries, middle, end, second, to_second, lanes); };
   if (end - begin > kParallelBuild) {
     tbb::parallel_invoke(build_first, build_second);
   } else {
@@ -184,81 +167,99 @@ LightBounds LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32
     build_second();
   }
   const LightBounds both = join(of_first, of_second);
-  set_bounds(n, both);
+  set_bounds(both);
   return both;
 }
 
-/// The intensity for a point at this squared distance.
-float LightTree::strength(const Node& node, float distance2) {
-  if (node.growing == Vec2(0.0f)) return node.intensity;
-  return node.intensity + node.growing.x * std::sqrt(distance2) + node.growing.y * distance2;
+void LightTree::divide(uint32_t node, std::vector<LightLanes::Lane>& lanes) {
+  if (nodes_[node].parts > 0) return;
+  const auto cost = [&](uint32_t index) {
+    const Node& n = nodes_[index];
+    LightBounds bounds;
+    bounds.lower = -Vec3(n.half);
+    bounds.upper = Vec3(n.half);
+    bounds.cos_normals = n.cos_normals;
+    bounds.cos_beyond = n.cos_beyond;
+    return n.leaf ? -1.0f : n.intensity * orientation_measure(bounds) * area_measure(bounds);
+  };
+  struct Part {
+    uint32_t node;
+    float cost;
+  };
+  std::vector<Part> parts{{node, 0.0f}};
+  while (parts.size() < kParts) {
+    const auto next = std::max_element(parts.begin(), parts.end(),
+                                       [](const Part& a, const Part& b) { return a.cost < b.cost; });
+    const uint32_t first = next->node + 1, second = nodes_[next->node].second;
+    *next = {first, cost(first)};
+    parts.insert(next + 1, {second, cost(second)});
+  }
+  if (lanes.size() + kParts > kMaxLanes) return;
+  nodes_[node].lane = uint32_t(lanes.size());
+  nodes_[node].parts = kParts;
+  for (const Part& part : parts) lanes.push_back({nodes_[part.node], part.node});
+  for (const Part& part : parts) divide(part.node, lanes);
 }
 
-float LightTree::importance(const Node& node, const Vec3& p, const Vec3& n) {
-  const Vec3 d = node.center - p;
-  const float distance2 = glm::dot(d, d);
-  if (!(distance2 > node.radius_squared))
-    return strength(node, node.radius_squared) / std::max(node.radius_squared, 1e-30f);
-  const float inverse = 1.0f / std::sqrt(distance2);
-  // `size` is the half-angle of the sphere around the lights, seen from p.
-  const float sin2_size = node.radius_squared / distance2;
-  const float cos_size = std::sqrt(1.0f - sin2_size), sin_size = std::sqrt(sin2_size);
-  const float intensity = strength(node, distance2);
-  float result = intensity / distance2;
-  // If there are normals in all directions, one of them points to p.
-  if (node.cos_normals > -1.0f) {
-    float cos_axis = -glm::dot(node.axis, d) * inverse;
-    if (node.two_sided) cos_axis = std::abs(cos_axis);
-    if (cos_axis < node.cos_normals) {
-      const float cos_out = cos_of_rest(cos_of_rest(cos_axis, node.cos_normals, node.sin_normals), cos_size, sin_size);
-      if (cos_out < node.cos_beyond) return 0.0f;
-      result = intensity * std::max(cos_out, 0.0f) / distance2;
-    }
-  }
-  if (length_squared(n) > 0.0f)
-    result *= std::max(cos_of_rest(glm::dot(n, d) * inverse, cos_size, sin_size), kMinReceiverCosine);
-  return result;
-}
+namespace {
+
+PlainStretch plain(const LightStretch& s) { return {Triple(s.origin), Triple(s.direction), s.begin, s.end, s.reach}; }
+
+}  // namespace
 
 float LightTree::importance(const Node& node, const LightStretch& stretch) {
   if (stretch.is_point()) return importance(node, stretch.origin, Vec3(0.0f));
-  // v: from the centre of the lights to the origin of the ray. The ray is nearest at the distance `nearest`.
-  const Vec3 v = stretch.origin - node.center;
-  const float nearest = -glm::dot(v, stretch.direction);
-  // Where a ray goes through the box, the mean of 1 / distance is that at half of its size across the ray.
-  const float across2 = glm::dot(node.half * node.half, 1.0f - stretch.direction * stretch.direction);
-  const float apart2 = std::max(length_squared(v + nearest * stretch.direction), std::max(0.25f * across2, 0.0f));
-  const float apart = std::max(std::sqrt(apart2), 1e-15f);
-  const float before = stretch.begin - nearest, after = before + stretch.reach;
-  const float angle = angle_of(apart * stretch.reach, apart2 + before * after);  // between both ends, seen from there
-  const float distance2_in_reach = apart2 + sqr(before > 0.0f ? before : std::min(after, 0.0f));
-  const float mean = strength(node, distance2_in_reach) * angle / (apart * stretch.reach);
-  if (!(node.cos_normals > -1.0f)) return mean;
-  // The nearest point of the whole stretch, and the point that is seen from there in the direction nearest to the axis.
-  const float distance2 = length_squared(v + glm::clamp(nearest, stretch.begin, stretch.end) * stretch.direction);
-  if (!(distance2 > node.radius_squared)) return mean;
-  const auto cosine_at = [&](float t) {
-    const Vec3 to_point = v + t * stretch.direction;
-    const float length = glm::length(to_point);
-    const float cosine = length > 0.0f ? glm::dot(node.axis, to_point) / length : 1.0f;
-    return node.two_sided ? std::abs(cosine) : cosine;
-  };
-  const float last = std::min(stretch.end, 1e15f);
-  float cos_axis = std::max(cosine_at(stretch.begin), cosine_at(last));
-  const float a = glm::dot(node.axis, v), b = glm::dot(node.axis, stretch.direction);
-  const float extreme = (b * length_squared(v) + a * nearest) / (a + b * nearest);  // where the derivative is 0
-  if (extreme > stretch.begin && extreme < last) cos_axis = std::max(cos_axis, cosine_at(extreme));
-  if (cos_axis >= node.cos_normals) return mean;
-  const float sin2_size = std::min(node.radius_squared / distance2, 1.0f);
-  const float cos_out = cos_of_rest(cos_of_rest(cos_axis, node.cos_normals, node.sin_normals),
-                                    std::sqrt(1.0f - sin2_size), std::sqrt(sin2_size));
-  return cos_out < node.cos_beyond - kConeRounding ? 0.0f : mean * std::max(cos_out, kMinEmitterCosine);
+  return fluence_estimate<true>(node, node.two_sided, plain(stretch));
+}
+
+/// Infinite importances count alike, and nothing beside them counts.
+float LightTree::finite_sum(Importances& values, uint32_t count) {
+  float sum = 0.0f;
+  for (uint32_t i = 0; i < count; ++i) sum += values[i];
+  if (std::isfinite(sum)) [[likely]]
+    return sum;
+  const bool any_infinite = std::any_of(values.begin(), values.begin() + count, [](float v) { return std::isinf(v); });
+  sum = 0.0f;
+  for (uint32_t i = 0; i < count; ++i) {
+    values[i] = any_infinite ? float(std::isinf(values[i])) : values[i] / float(count);
+    sum += values[i];
+  }
+  return sum;
+}
+
+float LightTree::importances(uint32_t node, Importances& values, const Vec3& p, const Vec3& n) const {
+  lanes_.estimate(nodes_[node].lane, nodes_[node].parts, p, n, values.data());
+  return finite_sum(values, nodes_[node].parts);
+}
+
+float LightTree::importances(uint32_t node, Importances& values, const LightStretch& stretch) const {
+  if (stretch.is_point()) return importances(node, values, stretch.origin, Vec3(0.0f));
+  lanes_.estimate(nodes_[node].lane, nodes_[node].parts, plain(stretch), values.data());
+  return finite_sum(values, nodes_[node].parts);
 }
 
 template <class... Receiver>
+float LightTree::importance_of(uint32_t node, const Receiver&... receiver) const {
+  if (nodes_[node].parts < 2) [[likely]]
+    return importance(nodes_[node], receiver...);
+  Importances values;
+  return importances(node, values, receiver...);
+}
+
+template <class... Receiver>
+float LightTree::importance_of_all(const Receiver&... receiver) const {
+  if (nodes_.empty()) return 0.0f;
+  if (lamps_ == 0 || nodes_.size() + 1 == 2 * size_t(lamps_)) return importance_of(0, receiver...);
+  return importance_of(1, receiver...) + importance_of(nodes_[0].second, receiver...);
+}
+
+float LightTree::importance(Vec3 p, Vec3 n) const { return importance_of_all(p, n); }
+
+float LightTree::importance(const LightStretch& stretch) const { return importance_of_all(stretch); }
+
+template <class... Receiver>
 float LightTree::first_share(uint32_t node, const Receiver&... receiver) const {
-  const float first = importance(nodes_[node + 1], receiver...),
-              second = importance(nodes_[nodes_[node].second], receiver...);
+  const float first = importance_of(node + 1, receiver...), second = importance_of(nodes_[node].second, receiver...);
   const float sum = first + second;
   if (!(sum > 0.0f)) return -1.0f;
   if (std::isfinite(sum)) return first / sum;
@@ -266,9 +267,34 @@ float LightTree::first_share(uint32_t node, const Receiver&... receiver) const {
 }
 
 template <class... Receiver>
+LightTree::Choice LightTree::choose_part(uint32_t node, float u, const Receiver&... receiver) const {
+  Importances values;
+  const float sum = importances(node, values, receiver...);
+  if (!(sum > 0.0f)) return {0, 0.0f, u};
+  uint32_t chosen = 0;
+  float rest = u * sum;
+  for (uint32_t i = 0; i < nodes_[node].parts; ++i) {
+    if (!(values[i] > 0.0f)) continue;
+    chosen = i;
+    if (rest < values[i]) break;
+    rest -= values[i];
+  }
+  return {lanes_.node(nodes_[node].lane + chosen), values[chosen] / sum,
+          std::clamp(rest / values[chosen], 0.0f, kOneMinusEpsilon)};
+}
+
+template <class... Receiver>
 LightTree::Choice LightTree::choose_for(uint32_t node, float u, const Receiver&... receiver) const {
   float pmf = 1.0f;
   while (!nodes_[node].leaf) {
+    if (nodes_[node].parts > 0) {
+      const Choice part = choose_part(node, u, receiver...);
+      if (part.pmf == 0.0f) return part;
+      node = part.light;
+      pmf *= part.pmf;
+      u = part.u_remapped;
+      continue;
+    }
     const float first = first_share(node, receiver...);
     if (first < 0.0f) return {0, 0.0f, u};
     if (u < first) {
@@ -290,21 +316,42 @@ LightTree::Choice LightTree::choose_below(uint32_t node, Vec3 p, Vec3 n, float u
 
 LightTree::Choice LightTree::choose(const LightStretch& stretch, float u) const { return choose_for(0, u, stretch); }
 
+uint32_t LightTree::part_of(uint32_t node, uint32_t leaf) const {
+  uint32_t first = 0, end = nodes_[node].parts;
+  while (end - first > 1) {
+    const uint32_t middle = (first + end) / 2;
+    (lanes_.node(nodes_[node].lane + middle) <= leaf ? first : end) = middle;
+  }
+  return first;
+}
+
 template <class... Receiver>
 float LightTree::pmf_for(uint32_t top, uint32_t light, const Receiver&... receiver) const {
   if (!contains(light)) return 0.0f;
   float pmf = 1.0f;
-  uint32_t node = 0;
-  bool below = top == 0;
+  uint32_t node = 0, leaf = 0;
+  bool below = top == 0, in_part = false;  // in_part: between a node with parts and its part, `part`
+  uint32_t part = 0;
   for (uint64_t trail = trails_[light]; trail > 1; trail >>= 1) {
     const bool to_second = trail & 1;
-    if (below) {
+    if (below && !in_part && nodes_[node].parts > 0) {
+      if (leaf == 0) leaf = leaf_of(light);
+      const uint32_t chosen = part_of(node, leaf);
+      Importances values;
+      const float sum = importances(node, values, receiver...);
+      if (!(sum > 0.0f)) return 0.0f;
+      pmf *= values[chosen] / sum;
+      part = lanes_.node(nodes_[node].lane + chosen);
+      if (part == leaf) return pmf;
+      in_part = true;
+    } else if (below && !in_part) {
       const float first = first_share(node, receiver...);
       if (first < 0.0f) return 0.0f;
       pmf *= to_second ? 1.0f - first : first;
     }
     node = to_second ? nodes_[node].second : node + 1;
     below |= node == top;
+    in_part = in_part && node != part;
   }
   return below ? pmf : 0.0f;
 }
@@ -325,7 +372,7 @@ float LightTree::importance_nearby(const Node& node, Vec3 p, float radius, Vec3 
   Node wide = node;
   wide.radius_squared = sqr(std::sqrt(node.radius_squared) + radius);
   float result = importance(wide, p, Vec3(0.0f));
-  const Vec3 d = node.center - p;
+  const Vec3 d = Vec3(node.center) - p;
   const float distance2 = glm::dot(d, d);
   if (n != Vec3(0.0f) && distance2 > wide.radius_squared) {
     const float angle = std::acos(glm::clamp(glm::dot(n, d) / std::sqrt(distance2), -1.0f, 1.0f)) -

@@ -10,13 +10,18 @@
 // For a part of a ray in a medium, the mean of intensity / distance^2 along it counts, in closed form [Kulla and Fajardo
 // 2012, eq. 7, integrated], with the most favourable angle of all its points.
 //
+// Lamps have a subtree of their own, beside that of the emissive triangles: the bounds of a spot lamp and of the glowing
+// lens beside it would allow a strong beam in all directions. A node of lamps is chosen by the sum of the importances of
+// its parts, and then one part of it by these: all of its lamps if they are at most kParts, else nodes below it.
+//
 // The choice inverts one random number and returns the remainder of it, so stratified numbers stay stratified.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
-#include "lights/light_bounds.h"
+#include "lights/light_aim.h"
 #include "lights/light_stretch.h"
 
 namespace ajar {
@@ -58,45 +63,63 @@ class LightTree {
   /// Leaf of a light. In a cut, the last node that is not after this one holds the light.
   uint32_t leaf_of(uint32_t light) const;
   /// Estimate of the irradiance that all lights send to p.
-  float importance(Vec3 p, Vec3 n) const { return nodes_.empty() ? 0.0f : importance(nodes_[0], p, n); }
+  float importance(Vec3 p, Vec3 n) const;
   /// The mean of that along a stretch.
-  float importance(const LightStretch& stretch) const { return nodes_.empty() ? 0.0f : importance(nodes_[0], stretch); }
+  float importance(const LightStretch& stretch) const;
   /// Trees with equal fingerprints make equal choices, and their nodes hold the same lights.
   uint64_t fingerprint() const;
-  size_t memory_bytes() const { return nodes_.size() * sizeof(Node) + trails_.size() * sizeof(uint64_t); }
+  size_t memory_bytes() const {
+    return nodes_.size() * sizeof(Node) + trails_.size() * sizeof(uint64_t) + lanes_.memory_bytes();
+  }
 
  private:
-  struct Node {
-    Vec3 center, axis;
-    float radius_squared;  // of the sphere around the box
-    Vec3 half;             // half the size of the box
-    float cos_normals, sin_normals, cos_beyond;
-    float intensity;  // LightBounds::intensity without the part that grows
-    Vec2 growing;
+  struct Node : LightAim {
     uint32_t second;  // inner node: index of the second child (the first one follows the node); leaf: the light
-    bool leaf, two_sided;
+    // Of lamps: the parts of the node are these lanes; 0: it has no parts.
+    uint32_t lane : 23, parts : 7, leaf : 1, two_sided : 1;
   };
+  static constexpr uint32_t kParts = 64, kMaxLanes = 1u << 23;
+  using Importances = std::array<float, kParts + LightLanes::kAtOnce>;
   static constexpr uint64_t kNoTrail = 0;
 
-  static float strength(const Node& node, float distance2);
-  static float importance(const Node& node, const Vec3& p, const Vec3& n);
+  static float importance(const Node& node, const Vec3& p, const Vec3& n) {
+    return irradiance_estimate<true>(node, node.two_sided, Triple(p), Triple(n));
+  }
   static float importance(const Node& node, const LightStretch& stretch);
   static float importance_nearby(const Node& node, Vec3 p, float radius, Vec3 n);
+  /// Importances of the parts of a node, and their sum, which is finite.
+  float importances(uint32_t node, Importances& values, const Vec3& p, const Vec3& n) const;
+  float importances(uint32_t node, Importances& values, const LightStretch& stretch) const;
+  static float finite_sum(Importances& values, uint32_t count);
+  template <class... Receiver>
+  float importance_of(uint32_t node, const Receiver&... receiver) const;
+  template <class... Receiver>
+  float importance_of_all(const Receiver&... receiver) const;
   /// Probability of the first child; negative if neither reaches the receiver: a point and its normal, or a stretch.
   template <class... Receiver>
   float first_share(uint32_t node, const Receiver&... receiver) const;
   template <class... Receiver>
   Choice choose_for(uint32_t node, float u, const Receiver&... receiver) const;
+  /// The choice of a part of a node by their importances. Its `light` is the node of the part.
+  template <class... Receiver>
+  Choice choose_part(uint32_t node, float u, const Receiver&... receiver) const;
+  /// The part that holds a leaf.
+  uint32_t part_of(uint32_t node, uint32_t leaf) const;
   template <class... Receiver>
   float pmf_for(uint32_t top, uint32_t light, const Receiver&... receiver) const;
-  static void set_bounds(Node& node, const LightBounds& bounds);
   /// Returns the bounds of these entries.
-  LightBounds build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail);
+  LightBounds build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail,
+                    std::vector<LightLanes::Lane>& lanes);
+  /// Gives parts to a node of lamps and to those of its parts that have more than kParts lamps.
+  void divide(uint32_t node, std::vector<LightLanes::Lane>& lanes);
 
   std::vector<Node> nodes_;
   // For each light: the branches from the root to it, lowest bit first, and above them a bit that marks the end. 0: not
   // in the tree.
   std::vector<uint64_t> trails_;
+  LightLanes
+      lanes_;  // first the lamps, in the order of their leaves, then the parts of nodes with more than kParts lamps
+  uint32_t lamps_ = 0;  // number of lamps
 };
 
 }  // namespace ajar

@@ -9,7 +9,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/version.h>
 
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 #include "scene/lamp_geometry.h"
 #include "scene/scene.h"
 #include "scene/strand_buffers.h"

@@ -3,7 +3,7 @@
 #include <bit>
 #include <cstring>
 
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 
 namespace ajar {
 

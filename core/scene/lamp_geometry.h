@@ -1,7 +1,7 @@
 // The shapes of lamps in Embree.
 #pragma once
 
-#include "lights/light.h"
+#include "lights/sources/light.h"
 #include "scene/embree.h"
 
 namespace ajar {

@@ -9,7 +9,7 @@
 // numbers, stack.
 #pragma once
 
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 #include "transport/direct/direct_light.h"
 #include "transport/media/media.h"
 #include "transport/media/phase_function.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 #include "math/frame.h"
 #include "math/random.h"
 #include "math/warps.h"

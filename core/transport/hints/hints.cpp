@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 #include "math/frame.h"
 #include "math/warps.h"
 #include "transport/paths/ray_events.h"

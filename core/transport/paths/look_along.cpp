@@ -1,7 +1,7 @@
 #include <bit>
 #include <cmath>
 
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 #include "transport/paths/path_vertex.h"
 #include "transport/paths/shadow_terminator.h"
 #include "transport/paths/walk.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "film/film.h"
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 #include "transport/paths/eye_history.h"
 
 namespace ajar {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "film/filter.h"
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 #include "sampling/power_heuristic.h"
 #include "shading/bsdf/closures.h"
 #include "transport/paths/light_walk_guide.h"

@@ -1,6 +1,6 @@
 #include "transport/paths/walk.h"
 
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 #include "transport/paths/light_walk_guide.h"
 
 namespace ajar {

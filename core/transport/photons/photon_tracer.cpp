@@ -5,7 +5,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 #include "sampling/sampler.h"
 #include "transport/direct/lobe_split.h"
 #include "transport/media/path_media.h"

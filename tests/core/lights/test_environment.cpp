@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "graph_fixtures.h"
-#include "lights/environment.h"
+#include "lights/sources/environment.h"
 #include "math/frame.h"
 #include "math/warps.h"
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 #include "math/random.h"
 #include "math/warps.h"
 #include "scene_fixtures.h"

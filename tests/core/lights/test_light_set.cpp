@@ -2,7 +2,7 @@
 // samples from receivers.
 #include "statistical.h"
 
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 #include "math/warps.h"
 #include "scene_fixtures.h"
 #include "shading/functions/ies.h"

@@ -245,6 +245,106 @@ TEST(LightTree, near_lights_have_larger_probabilities_and_the_variance_falls) {
   EXPECT_LT(by_tree.variance() * 100.0, by_power.variance());
 }
 
+/// Spot lamps above a floor, in all directions, each with the triangles of a glowing lens around it, and a wall that glows.
+/// The lamps come first.
+std::vector<LightTree::Entry> stage(uint32_t lamps) {
+  Pcg32 rng(29);
+  std::vector<LightTree::Entry> entries, triangles;
+  constexpr uint32_t kOfLens = 24, kOfWall = 2;
+  for (uint32_t i = 0; i < lamps; ++i) {
+    const Vec3 position = Vec3(10.0f * rng.next_float(), 10.0f * rng.next_float(), 5.0f), at = direction(rng);
+    entries.push_back({i, small_light(position, Vec3(at.x, at.y, -std::abs(at.z)), 1.0f, 0.95f, 1000.0f)});
+    for (uint32_t t = 0; t < kOfLens; ++t)
+      triangles.push_back({0, small_light(position + 0.05f * direction(rng), direction(rng), 1.0f, 0.0f, 0.001f)});
+  }
+  for (uint32_t t = 0; t < kOfWall; ++t)
+    triangles.push_back({0, small_light(Vec3(5.0f, 12.0f, 2.0f + float(t)), Vec3(0, -1, 0), 1.0f, 0.0f, 5.0f)});
+  for (LightTree::Entry& e : triangles) {
+    e.light = uint32_t(entries.size());
+    e.bounds.two_sided = true;
+    entries.push_back(e);
+  }
+  return entries;
+}
+
+/// Irradiance of a light of `stage`, which has no extent.
+double irradiance(const LightBounds& b, Vec3 p, Vec3 n) {
+  const Vec3 d = b.lower - p;
+  const double distance2 = double(glm::dot(d, d));
+  double cosine = -double(glm::dot(d, b.axis)) / std::sqrt(distance2);
+  if (b.two_sided) cosine = std::abs(cosine);
+  if (cosine < double(b.cos_beyond)) return 0.0;
+  return double(b.intensity) * cosine * std::max(double(glm::dot(d, n)), 0.0) / (distance2 * std::sqrt(distance2));
+}
+
+TEST(LightTree, where_no_beam_shines_the_lenses_beside_the_lamps_are_chosen_rarely) {
+  // One sample estimates the irradiance. With the bounds of lamps and lenses in one node, the lenses get nearly all choices.
+  for (const uint32_t lamps : {13u, 45u}) {
+    const std::vector<LightTree::Entry> entries = stage(lamps);
+    const LightTree tree(entries, uint32_t(entries.size()));
+    Pcg32 rng(31);
+    double relative = 0.0;
+    constexpr int kPoints = 200, kDraws = 400;
+    for (int at = 0; at < kPoints; ++at) {
+      const Vec3 p(10.0f * rng.next_float(), 10.0f * rng.next_float(), 0.0f), up(0, 0, 1);
+      double expected = 0.0;
+      for (const LightTree::Entry& e : entries) expected += irradiance(e.bounds, p, up);
+      RunningMoments one;
+      for (int i = 0; i < kDraws; ++i) {
+        const auto choice = tree.choose(p, up, (float(i) + rng.next_float()) / kDraws);
+        one.add(choice.pmf > 0.0f ? irradiance(entries[choice.light].bounds, p, up) / double(choice.pmf) : 0.0);
+      }
+      EXPECT_NEAR(one.mean(), expected, 0.05 * expected);
+      relative += one.variance() / sqr(expected) / kPoints;
+    }
+    EXPECT_LT(relative, 0.1) << lamps << " lamps";
+  }
+}
+
+TEST(LightTree, many_lamps_are_chosen_by_the_importances_of_groups) {
+  const std::vector<LightTree::Entry> entries = stage(1000);
+  const LightTree tree(entries, uint32_t(entries.size()));
+  Pcg32 rng(41);
+  const Vec3 p(5.0f, 5.0f, 0.0f), up(0, 0, 1);
+  double expected = 0.0;
+  for (const LightTree::Entry& e : entries) expected += irradiance(e.bounds, p, up);
+  RunningMoments one;
+  constexpr int kDraws = 40000;
+  for (int i = 0; i < kDraws; ++i) {
+    const auto choice = tree.choose(p, up, (float(i) + rng.next_float()) / kDraws);
+    if (choice.pmf > 0.0f) {
+      ASSERT_EQ(choice.pmf, tree.pmf(p, up, choice.light));
+    }
+    one.add(choice.pmf > 0.0f ? irradiance(entries[choice.light].bounds, p, up) / double(choice.pmf) : 0.0);
+  }
+  EXPECT_TRUE(mean_agrees(one, expected, {.test_count = 1}, 1e-3));
+  EXPECT_LT(one.variance(), 4.0 * sqr(expected));
+}
+
+TEST(LightTree, lamps_of_one_node_are_chosen_in_proportion_to_their_importances) {
+  // The importance of one lamp is that of a tree that holds nothing else.
+  for (const uint32_t lamps : {2u, 7u, 8u, 9u, 64u}) {
+    std::vector<LightTree::Entry> entries = stage(lamps);
+    entries.resize(lamps);
+    const LightTree tree(entries, lamps);
+    std::vector<LightTree> single;
+    for (const LightTree::Entry& e : entries) single.emplace_back(std::vector<LightTree::Entry>{e}, lamps);
+    Pcg32 rng(37);
+    const auto expect_in_proportion = [&](const auto&... receiver) {
+      double sum = 0.0;
+      for (const LightTree& one : single) sum += double(one.importance(receiver...));
+      EXPECT_NEAR(double(tree.importance(receiver...)), sum, 1e-4 * sum);
+      for (uint32_t i = 0; i < lamps; ++i)
+        EXPECT_NEAR(double(tree.pmf(receiver..., i)), sum > 0.0 ? double(single[i].importance(receiver...)) / sum : 0.0,
+                    1e-4);
+    };
+    for (int at = 0; at < 100; ++at) {
+      expect_in_proportion(somewhere(rng, 12.0f), at % 3 == 0 ? Vec3(0.0f) : direction(rng));
+      expect_in_proportion(random_stretch(rng, at));
+    }
+  }
+}
+
 TEST(LightTree, probabilities_are_finite_for_extreme_lights_and_points) {
   std::vector<LightTree::Entry> entries;
   for (uint32_t i = 0; i < 40; ++i) {  // many lights at the same point, so that no split by cost exists
@@ -271,11 +371,18 @@ TEST(LightTree, probabilities_are_finite_for_extreme_lights_and_points) {
 
 TEST(LightTree, lights_at_the_limits_of_floats_are_split) {
   std::vector<LightTree::Entry> entries;
-  for (uint32_t i = 0; i < 64; ++i)
-    entries.push_back({i, small_light(Vec3(float(i) * 5e36f, 0, 0), Vec3(0, 0, 1), -1.0f, 1.0f, 1.0f)});
-  const LightTree tree(std::move(entries), 64);
-  const auto choice = tree.choose(Vec3(0.0f), Vec3(0.0f), 0.5f);
-  EXPECT_TRUE(std::isfinite(choice.pmf) && choice.pmf >= 0.0f && choice.light < 64);
+  for (uint32_t i = 0; i < 100; ++i)
+    entries.push_back({i, small_light(Vec3(float(i) * 3e36f, 0, 0), Vec3(0, 0, 1), -1.0f, 1.0f, 1.0f)});
+  for (const uint32_t count : {100u, 9u}) {  // several nodes of lamps, and one
+    const LightTree tree(std::vector<LightTree::Entry>(entries.begin(), entries.begin() + count), count);
+    for (const Vec3 p : {Vec3(0.0f), Vec3(5e36f, 0, 0), Vec3(1e38f, 0, 1e-38f)})
+      for (const float u : {0.0f, 0.5f, kOneMinusEpsilon}) {
+        const auto choice = tree.choose(p, Vec3(0.0f), u);
+        EXPECT_TRUE(std::isfinite(choice.pmf) && choice.pmf >= 0.0f && choice.light < count);
+        EXPECT_TRUE(choice.u_remapped >= 0.0f && choice.u_remapped < 1.0f);
+        EXPECT_TRUE(choice.pmf == 0.0f || choice.pmf == tree.pmf(p, Vec3(0.0f), choice.light));
+      }
+  }
 }
 
 TEST(LightTree, the_tree_does_not_depend_on_the_number_of_threads) {

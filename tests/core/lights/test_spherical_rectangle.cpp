@@ -1,4 +1,4 @@
-#include "lights/spherical_rectangle.h"
+#include "lights/sources/spherical_rectangle.h"
 
 #include <gtest/gtest.h>
 

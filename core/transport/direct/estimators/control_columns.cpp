@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 
 namespace ajar {
 

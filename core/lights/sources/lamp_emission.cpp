@@ -1,5 +1,5 @@
 // Rays that leave lamps: their places, directions and densities.
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 #include "math/frame.h"
 #include "math/warps.h"
 

@@ -1,4 +1,4 @@
-#include "lights/environment.h"
+#include "lights/sources/environment.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 
 namespace ajar {
 

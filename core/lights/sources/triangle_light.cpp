@@ -1,6 +1,6 @@
-#include "lights/triangle_light.h"
+#include "lights/sources/triangle_light.h"
 
-#include "lights/spherical_triangle.h"
+#include "lights/sources/spherical_triangle.h"
 #include "math/warps.h"
 
 namespace ajar {

@@ -26,7 +26,7 @@
 #include <vector>
 
 #include "description/scene_description.h"
-#include "lights/light.h"
+#include "lights/sources/light.h"
 
 namespace ajar {
 

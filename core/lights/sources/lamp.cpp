@@ -1,8 +1,8 @@
-#include "lights/lamp.h"
+#include "lights/sources/lamp.h"
 
 #include <algorithm>
 
-#include "lights/spherical_rectangle.h"
+#include "lights/sources/spherical_rectangle.h"
 #include "math/warps.h"
 
 namespace ajar {
