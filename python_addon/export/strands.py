@@ -72,10 +72,13 @@ def of_particles(context: ExportContext, thing: bpy.types.Object, mesh: bpy.type
         co_hair = psys.co_hair
         numbers = chain.from_iterable(co_hair(thing, particle_no=strand, step=step) for strand in shown for step in range(steps))
         world = np.fromiter(numbers, dtype=np.float32, count=3 * steps * len(shown)).reshape(len(shown), steps, 3)
+        present = _present(world)
+        shown = np.array(shown)[present[:, 1]].tolist()   # a strand has two points at least
+        world, present = world[present[:, 1]], present[present[:, 1]]
         local = (world @ inverse[:3, :3].T + inverse[:3, 3]).astype(np.float32)
-        positions.append(local.reshape(-1, 3))
-        radii.append(_radii(settings, local).reshape(-1))
-        lengths.append(np.full(len(shown), steps, dtype=np.uint32))
+        positions.append(local[present])
+        radii.append(_radii(settings, local, present)[present])
+        lengths.append(present.sum(axis=1, dtype=np.uint32))
         slots.append(np.full(len(shown), max(settings.material - 1, 0), dtype=np.uint16))
         context.check_cancelled()
         parents = len(psys.particles)
@@ -96,9 +99,15 @@ def of_particles(context: ExportContext, thing: bpy.types.Object, mesh: bpy.type
             "active_uv": rendered, "texture_space_location": location, "texture_space_size": size}
 
 
-def _radii(settings: bpy.types.ParticleSettings, points: np.ndarray) -> np.ndarray:
-    """Radii from root to tip by the shape of the strands; [strands, points]."""
-    pieces = np.linalg.norm(np.diff(points, axis=1), axis=2)
+def _present(points: np.ndarray) -> np.ndarray:
+    """Which points exist; [strands, points]. Children that were cut (Length, Random Length) have fewer points: Blender gives zeros for the rest."""
+    zero = ~points.any(axis=2)
+    return ~np.logical_and.accumulate(zero[:, ::-1], axis=1)[:, ::-1]
+
+
+def _radii(settings: bpy.types.ParticleSettings, points: np.ndarray, present: np.ndarray) -> np.ndarray:
+    """Radii from root to tip by the shape of the strands; [strands, points]. As in Cycles, only strands that have all points close their tip."""
+    pieces = np.where(present[:, 1:], np.linalg.norm(np.diff(points, axis=1), axis=2), 0.0)
     way = np.concatenate([np.zeros((len(points), 1)), np.cumsum(pieces, axis=1)], axis=1)
     length = way[:, -1:]
     left = 1.0 - np.divide(way, length, out=np.zeros_like(way), where=length > 0.0)

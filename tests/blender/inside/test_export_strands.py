@@ -74,6 +74,20 @@ def test_child_hairs_replace_their_parents(head, export):
     assert len(hair.attributes[0].values) == 36
 
 
+def test_children_that_are_cut_end_at_their_tip(head, export):
+    settings, _ = head
+    settings.child_type, settings.child_nbr, settings.child_length = "SIMPLE", 4, 0.5   # Blender gives the points after the tip as the origin of the world
+    settings.tip_radius, settings.use_close_tip = 0.25, False
+    hair, = strands_of(export())
+    first = [*hair.strands, len(hair.positions)]
+    assert len(hair.strands) == len(hair.material_slots) == len(hair.attributes[0].values) == 36
+    for begin, end in zip(first, first[1:], strict=False):
+        points = hair.positions[begin:end]
+        assert 2 <= end - begin < 9
+        assert 0.2 < np.linalg.norm(np.diff(points, axis=0), axis=1).sum() < 0.35
+        assert np.all(points[:, 2] >= -1e-4) and np.allclose(hair.radii[[begin, end - 1]], (0.05, 0.0125), atol=1e-5)
+
+
 def test_instances_share_their_hair(head, export, build):
     _, thing = head
     collection = bpy.data.collections.new("Heads")
