@@ -101,7 +101,7 @@ def of_particles(context: ExportContext, thing: bpy.types.Object, mesh: bpy.type
 
 def _present(points: np.ndarray) -> np.ndarray:
     """Which points exist; [strands, points]. Children that were cut (Length, Random Length) have fewer points: Blender gives zeros for the rest."""
-    zero = ~points.any(axis=2)
+    zero = ~np.asarray(points.any(axis=2))
     return ~np.logical_and.accumulate(zero[:, ::-1], axis=1)[:, ::-1]
 
 
