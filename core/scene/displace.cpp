@@ -278,4 +278,63 @@ size_t displace(BuiltMesh& mesh, const BuiltInstance& instance, const ObjectDesc
   return Displacer(mesh, instance, object, materials, programs).run(stop);
 }
 
+namespace {
+
+/// Moves the sides of the box around a mesh outwards by `distance`, in the space of the positions, and all vertices with
+/// them.
+void widen(BuiltMesh& mesh, float distance) {
+  Vec3 lower(kInfinity), upper(-kInfinity);
+  for (size_t i = 0; i + 1 < mesh.positions.size(); ++i) {
+    lower = glm::min(lower, mesh.positions[i]);
+    upper = glm::max(upper, mesh.positions[i]);
+  }
+  const Vec3 center = 0.5f * lower + 0.5f * upper, half = 0.5f * upper - 0.5f * lower;
+  const auto widen = [&](std::vector<Vec3>& positions) {
+    for (size_t i = 0; i + 1 < positions.size(); ++i)
+      for (int axis = 0; axis < 3; ++axis)
+        if (half[axis] > 0.0f) positions[i][axis] += distance * ((positions[i][axis] - center[axis]) / half[axis]);
+  };
+  widen(mesh.positions);
+  if (mesh.deformation) {
+    auto moved = std::make_shared<Deformation>(*mesh.deformation);
+    for (Deformation::Key& key : moved->keys) widen(key.positions);
+    mesh.deformation = std::move(moved);
+  }
+  mesh.displaced = true;
+}
+
+/// The largest coordinate of an instance of a mesh, in the scale of its positions.
+float largest_coordinate(const BuiltMesh& mesh, const BuiltInstance& instance) {
+  const Mat4 place = mesh.baked ? Mat4(1.0f) : instance.world_from_object;
+  float coordinate = 0.0f;
+  for (size_t i = 0; i + 1 < mesh.positions.size(); ++i)
+    coordinate = std::max(coordinate, max_component(glm::abs(transform_point(place, mesh.positions[i]))));
+  return coordinate / std::min({glm::length(place[0]), glm::length(place[1]), glm::length(place[2])});
+}
+
+}  // namespace
+
+void widen_media(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances,
+                 std::span<const uint32_t> material_table, const std::vector<ShaderProgram>& programs) {
+  constexpr float kStep = 1e-5f;  // of the largest coordinate
+  constexpr uint32_t kDistances = 8;
+  std::vector<float> largest(meshes.size(), 0.0f);
+  for (const BuiltInstance& instance : instances) {
+    const BuiltMesh& mesh = meshes[instance.mesh];
+    const auto materials = material_table.subspan(instance.first_material, instance.material_count);
+    const bool stays = mesh.triangles.empty() || !mesh.grids.empty() ||
+                       !std::all_of(materials.begin(), materials.end(), [&](uint32_t material) {
+                         return programs[material].has_volume() && !programs[material].has_surface();
+                       });
+    float& found = largest[instance.mesh];
+    found = stays ? kInfinity : std::max(found, found < kInfinity ? largest_coordinate(mesh, instance) : 0.0f);
+  }
+  uint32_t number = 0;
+  for (size_t i = 0; i < meshes.size(); ++i) {
+    if (!(largest[i] > 0.0f) || !(largest[i] < kStep * std::numeric_limits<float>::max())) continue;
+    widen(meshes[i], kStep * largest[i] * (1.0f + float(number % kDistances)));
+    ++number;
+  }
+}
+
 }  // namespace ajar

@@ -1,4 +1,4 @@
-// True displacement: the vertices of a mesh move by the displacement of their materials before rays are traced.
+// Vertices that move before rays are traced: true displacement by the materials, and the boundaries of media.
 #pragma once
 
 #include <atomic>
@@ -27,5 +27,11 @@ std::vector<bool> moved_meshes(const SceneDescription& description);
 size_t displace(BuiltMesh& mesh, const BuiltInstance& instance, const ObjectDescription& object,
                 std::span<const uint32_t> materials, const std::vector<ShaderProgram>& programs,
                 const std::atomic<bool>* stop);
+
+/// Moves the boundaries of media outwards by a little more than rounding, each mesh by another distance: fog often ends
+/// exactly on a floor, or two media on each other, and a ray that met both at once would pass one of them. Meshes with
+/// visible surfaces, volume objects, hair and points stay as they are. `material_table`: materials of the slots of instances.
+void widen_media(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances,
+                 std::span<const uint32_t> material_table, const std::vector<ShaderProgram>& programs);
 
 }  // namespace ajar

@@ -193,6 +193,7 @@ class Scene::Builder {
     step("Compiling shaders", 0.3f);
     compile_shaders();
     displace_meshes();
+    if (s_.has_media_) widen_media(s_.meshes_, s_.instances_, s_.material_table_, s_.programs_);
     step("Building the ray tracing structure", 0.5f);
     build_structure();
     step("Gathering lights", 0.9f);

@@ -503,6 +503,33 @@ TEST(Media, shadow_rays_are_attenuated_by_media) {
   expect_mean(measure(covered, 4), Color(0.0f), 2);
 }
 
+/// Cubes of fog on a floor; `below`: the part of their height that is under the floor.
+SceneDescription fog_on_a_floor(float below, const std::vector<float>& amounts, Vec3 shift) {
+  SceneDescription d;
+  set_world(d, Color(1.0f));
+  set_camera(d, shift + Vec3(0.3f, -4, 3), shift, 6, 0.4f);
+  d.settings.bounces = {8, 8, 8, 8, 8, 8};
+  const Mat4 placed = glm::translate(Mat4(1.0f), shift);
+  add_object(d, plane(3.0f), add_diffuse(d, Color(0.8f)), placed);
+  const float height = 2.0f + below;
+  for (const float amount : amounts)
+    add_object(d, textured_cube(), add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.2f), amount),
+               glm::scale(glm::translate(placed, Vec3(0, 0, 2.0f - 0.5f * height)), Vec3(2, 2, 0.5f * height)));
+  return d;
+}
+
+TEST(Media, fog_that_ends_on_a_surface_is_as_fog_that_ends_below) {
+  for (const Vec3 shift : {Vec3(0.0f), Vec3(1.7f, 0.3f, 0.9f), Vec3(-130.1f, 70.3f, 11.7f)}) {
+    const Measured below = measure(fog_on_a_floor(0.1f, {0.4f}, shift), 64),
+                   on = measure(fog_on_a_floor(0.0f, {0.4f}, shift), 64);
+    expect_mean(on, Color(float(below.channels[0].mean())), 6, 3e-3);
+    EXPECT_LT(below.channels[0].mean(), 0.6) << "the fog is dark";
+    // Two in the same place.
+    expect_mean(measure(fog_on_a_floor(0.0f, {0.15f, 0.25f}, shift), 64), Color(float(below.channels[0].mean())), 6,
+                3e-3);
+  }
+}
+
 TEST(Media, glass_is_tinted_by_its_thickness) {
   SceneDescription d = through_a_cube();
   GraphBuilder b;
