@@ -6,6 +6,7 @@
 #include "shading/bsdf/lobe.h"
 #include "shading/bsdf/thin_film.h"
 #include "shading/models/fresnel.h"
+#include "shading/models/microfacet.h"
 
 namespace ajar::closures {
 namespace {
@@ -216,7 +217,11 @@ void add_thin_glass_v2(Bsdf& bsdf, const Surface& surface, const Below& below, f
     add_below(bsdf, below, reflection);
   }
   if (!in.refractive_caustics) return;
-  const float through = saturate(alpha * safe_sqrt(3.4f * (eta - 1.0f) * sqr(eta - 0.5f) / (eta * eta * eta)));
+  // Between the limit of Cycles 5.2, below which light goes straight on, and our own, the lobe is as sharp as ours can be:
+  // light samples of what is behind a straight lobe are those of the surface before it.
+  constexpr float kStraight = 2e-10f;
+  float through = saturate(alpha * safe_sqrt(3.4f * (eta - 1.0f) * sqr(eta - 0.5f) / (eta * eta * eta)));
+  if (sqr(through) > kStraight) through = std::max(through, 1.001f * std::sqrt(kDeltaAlphaProduct));
   lobe.kind = LobeKind::MicrofacetThin;
   lobe.normal_fresnel = NormalFresnel::ThinTransmitted;
   lobe.compensation = Compensation::None;

@@ -392,6 +392,26 @@ TEST(Closures, layers_of_version_2_conserve_energy_and_attenuate_lower_layers) {
   EXPECT_LT(total(60.0f), 0.75);
 }
 
+TEST(Closures, thin_walls_are_transparent_where_light_goes_straight_on_in_cycles_5_2) {
+  // Measured in Cycles 5.2.3: panes of IOR 1.5 pass light straight on with roughness 0.0042, and scatter it with 0.005.
+  for (const float roughness : {0.0f, 0.0042f, 0.005f, 0.02f, 0.3f}) {
+    PrincipledInputs in;
+    in.version = 2, in.transmission = in.thin_wall = 1.0f, in.ior = 1.5f, in.roughness = roughness;
+    in.base_color = Color(0.8f);
+    const Vec3 up(0, 0, 1);
+    in.normal = in.clearcoat_normal = up;
+    Bsdf bsdf;
+    bsdf.start(up, up);
+    add_principled(bsdf, Surface{up, up, false}, Color(1.0f), in);
+    const bool straight = roughness < 0.0045f;
+    EXPECT_EQ(bsdf.transparency().x > 0.5f, straight) << roughness;
+    bool scatters = false;
+    for (int i = 0; i < bsdf.lobe_count(); ++i)
+      scatters |= bsdf.lobe(i).kind == LobeKind::MicrofacetThin && !bsdf.lobe(i).is_delta();
+    EXPECT_EQ(scatters, !straight) << roughness;
+  }
+}
+
 TEST(Closures, safe_shading_normal_only_raises_the_mirror_direction_above_the_surface) {
   Pcg32 rng(9);
   const Vec3 ng(0, 0, 1);
