@@ -87,11 +87,11 @@ LightTree::LightTree(std::vector<Entry> entries, uint32_t light_count) {
   if (entries.empty()) return;
   lamps_ = uint32_t(std::partition(entries.begin(), entries.end(), [](const Entry& e) { return !e.bounds.two_sided; }) -
                     entries.begin());
-  std::vector<LightLanes::Lane> lanes(lamps_);
+  std::vector<LightLanes::Lane> lanes(lamps_ > 1 ? lamps_ : 0);
   nodes_.resize(2 * entries.size() - 1);
   trails_.assign(light_count, kNoTrail);
   build(entries, 0, uint32_t(entries.size()), 0, 1, lanes);
-  if (lamps_ > 0) divide(lamps_ < entries.size() ? 1 : 0, lanes);
+  if (lamps_ > 1) divide(lamps_ < entries.size() ? 1 : 0, lanes);
   lanes_ = LightLanes(lanes);
 }
 
@@ -118,12 +118,12 @@ LightBounds LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32
   };
   n.leaf = end - begin == 1;
   n.lane = begin % kMaxLanes;
-  n.parts = end <= std::min(lamps_, kMaxLanes) && end - begin <= kParts ? end - begin : 0;
+  n.parts = lamps_ > 1 && end <= std::min(lamps_, kMaxLanes) && end - begin <= kParts ? end - begin : 0;
   if (n.leaf) {
     set_bounds(entries[begin].bounds);
     n.second = entries[begin].light;
     trails_[n.second] = trail;
-    if (begin < lamps_) lanes[begin] = {n, node};
+    if (begin < lanes.size()) lanes[begin] = {n, node};
     return entries[begin].bounds;
   }
   Vec3 lower(kInfinity), upper(-kInfinity);

@@ -155,12 +155,12 @@ TEST(DirectLight, light_sampling_alone_has_the_same_mean) {
 
 namespace {
 
-/// Lamps with nine tenths of the power are occluded.
-SceneDescription hidden_lights(int size = 16) {
+/// Lamps with nine tenths of the power, or more, are occluded.
+SceneDescription hidden_lights(int size = 16, float hidden_power = 300.0f) {
   SceneDescription d;
   add_object(d, plane(3.0f), add_diffuse(d, Color(0.8f)));
   for (int i = 0; i < 3; ++i) {
-    d.lights.push_back(area_light(Vec3(float(i) - 1.0f, 2.0f, 2.0f), 300.0f, 0.4f));
+    d.lights.push_back(area_light(Vec3(float(i) - 1.0f, 2.0f, 2.0f), hidden_power, 0.4f));
     add_object(d, plane(0.5f), add_diffuse(d, Color(0.5f)), at(Vec3(float(i) - 1.0f, 2.0f, 1.9f)));
   }
   d.lights.push_back(area_light(Vec3(0, 0, 1.5f), 100.0f, 0.5f));
@@ -172,8 +172,8 @@ SceneDescription hidden_lights(int size = 16) {
 }  // namespace
 
 TEST(DirectLight, learning_which_lights_are_occluded_lowers_the_variance) {
-  const Replicates plain = replicate(hidden_lights(48), DirectMethod::Mis, 1, 8, 12),
-                   learned = replicate(hidden_lights(48), DirectMethod::PmcHi, 1, 8, 12);
+  const Replicates plain = replicate(hidden_lights(48, 3000.0f), DirectMethod::Mis, 1, 8, 12),
+                   learned = replicate(hidden_lights(48, 3000.0f), DirectMethod::PmcHi, 1, 8, 12);
   EXPECT_TRUE(statistical::means_agree(plain.mean, learned.mean, {0.01}));
   EXPECT_LT(learned.variance, 0.6 * plain.variance);
 }
@@ -188,7 +188,7 @@ TEST(DirectLight, learning_finds_the_few_lights_that_are_not_occluded) {
     const float x = 0.3f * float(i % 20) - 3.0f, y = 0.3f * float(i / 20) - 1.5f;
     d.lights.push_back(point_light(Vec3(x, y, 1.0f), 2.0f));
   }
-  add_object(d, plane(3.0f), grey, at(Vec3(2.4f, 0, 0.9f)));
+  add_object(d, plane(3.0f), grey, at(Vec3(1.6f, 0, 0.9f)));
   set_camera(d, Vec3(0, -1.0f, 0.8f), Vec3(0, 0, 0), 64, 0.3f);
   d.settings.bounces.total = 0;
   d.settings.seconds =
@@ -198,10 +198,9 @@ TEST(DirectLight, learning_finds_the_few_lights_that_are_not_occluded) {
                    many = replicate(d, DirectMethod::PmcHi, 4, 4, 12);
   EXPECT_TRUE(statistical::means_agree(plain.mean, learned.mean, {0.01}));
   EXPECT_TRUE(statistical::means_agree(plain.mean, many.mean, {0.01}));
-  // Measured ratios of the variance: 0.90 with an image size of 16 pixels, where cells have few samples of the pilot,
-  // 0.73 with 64 and 0.75 with 128. With pilots that are limited to a share of the samples, at 64 and 80 pixels: 1.06
-  // and 0.91 with 2 and 7 % of 32 samples, 0.66 with 14 %, 0.42 with 28 %; 1.02 with 8 % of 64.
-  EXPECT_LT(learned.variance, 0.85 * plain.variance);
+  // Measured: 0.42. With the plate 0.8 m further away, which leaves the light of nearer lamps, 0.87: the tree alone chooses
+  // among these well.
+  EXPECT_LT(learned.variance, 0.6 * plain.variance);
 }
 
 TEST(DirectLight, passes_show_the_shares_of_the_lights) {
