@@ -180,7 +180,8 @@ void LightTree::divide(uint32_t node, std::vector<LightLanes::Lane>& lanes) {
     bounds.upper = Vec3(n.half);
     bounds.cos_normals = n.cos_normals;
     bounds.cos_beyond = n.cos_beyond;
-    return n.leaf ? -1.0f : n.intensity * orientation_measure(bounds) * area_measure(bounds);
+    const float cost = n.intensity * orientation_measure(bounds) * area_measure(bounds);
+    return n.leaf ? -1.0f : (cost > 0.0f ? cost : 0.0f);  // 0 if it is not a number: only leaves cannot be divided
   };
   struct Part {
     uint32_t node;

@@ -117,8 +117,8 @@ class LightTree {
   // For each light: the branches from the root to it, lowest bit first, and above them a bit that marks the end. 0: not
   // in the tree.
   std::vector<uint64_t> trails_;
-  LightLanes
-      lanes_;  // first the lamps, in the order of their leaves, then the parts of nodes with more than kParts lamps
+  // First the lamps, in the order of their leaves, then the parts of nodes with more than kParts lamps.
+  LightLanes lanes_;
   uint32_t lamps_ = 0;  // number of lamps
 };
 

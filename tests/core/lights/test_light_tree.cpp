@@ -373,6 +373,8 @@ TEST(LightTree, lights_at_the_limits_of_floats_are_split) {
   std::vector<LightTree::Entry> entries;
   for (uint32_t i = 0; i < 100; ++i)
     entries.push_back({i, small_light(Vec3(float(i) * 3e36f, 0, 0), Vec3(0, 0, 1), -1.0f, 1.0f, 1.0f)});
+  // Intensities that grow with the distance leave none at the distance 0, over an area that is infinite.
+  for (size_t i = 0; i < entries.size(); i += 3) let_grow(entries[i].bounds, 1, 1e-3f);
   for (const uint32_t count : {100u, 9u}) {  // several nodes of lamps, and one
     const LightTree tree(std::vector<LightTree::Entry>(entries.begin(), entries.begin() + count), count);
     for (const Vec3 p : {Vec3(0.0f), Vec3(5e36f, 0, 0), Vec3(1e38f, 0, 1e-38f)})
