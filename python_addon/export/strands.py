@@ -74,6 +74,8 @@ def of_particles(context: ExportContext, thing: bpy.types.Object, mesh: bpy.type
         world = np.fromiter(numbers, dtype=np.float32, count=3 * steps * len(shown)).reshape(len(shown), steps, 3)
         present = _present(world)
         shown = np.array(shown)[present[:, 1]].tolist()   # a strand has two points at least
+        if not shown:
+            continue
         world, present = world[present[:, 1]], present[present[:, 1]]
         local = (world @ inverse[:3, :3].T + inverse[:3, 3]).astype(np.float32)
         positions.append(local[present])

@@ -88,6 +88,12 @@ def test_children_that_are_cut_end_at_their_tip(head, export):
         assert np.all(points[:, 2] >= -1e-4) and np.allclose(hair.radii[[begin, end - 1]], (0.05, 0.0125), atol=1e-5)
 
 
+def test_children_without_a_length_are_nothing(head, export):
+    settings, _ = head
+    settings.child_type, settings.child_nbr, settings.child_length = "SIMPLE", 4, 0.0
+    assert not strands_of(export())
+
+
 def test_instances_share_their_hair(head, export, build):
     _, thing = head
     collection = bpy.data.collections.new("Heads")
