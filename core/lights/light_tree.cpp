@@ -118,7 +118,7 @@ LightBounds LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32
   };
   n.leaf = end - begin == 1;
   n.lane = begin % kMaxLanes;
-  n.parts = lamps_ > 1 && end <= std::min(lamps_, kMaxLanes) && end - begin <= kParts ? end - begin : 0;
+  n.parts = !n.leaf && end <= std::min(lamps_, kMaxLanes) && end - begin <= kParts ? end - begin : 0;
   if (n.leaf) {
     set_bounds(entries[begin].bounds);
     n.second = entries[begin].light;
@@ -172,7 +172,7 @@ LightBounds LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32
 }
 
 void LightTree::divide(uint32_t node, std::vector<LightLanes::Lane>& lanes) {
-  if (nodes_[node].parts > 0) return;
+  if (nodes_[node].leaf || nodes_[node].parts > 0) return;
   const auto cost = [&](uint32_t index) {
     const Node& n = nodes_[index];
     LightBounds bounds;
@@ -241,7 +241,7 @@ float LightTree::importances(uint32_t node, Importances& values, const LightStre
 
 template <class... Receiver>
 float LightTree::importance_of(uint32_t node, const Receiver&... receiver) const {
-  if (nodes_[node].parts < 2) [[likely]]
+  if (nodes_[node].parts == 0) [[likely]]
     return importance(nodes_[node], receiver...);
   Importances values;
   return importances(node, values, receiver...);

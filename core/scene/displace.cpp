@@ -289,15 +289,15 @@ void widen(BuiltMesh& mesh, float distance) {
     upper = glm::max(upper, mesh.positions[i]);
   }
   const Vec3 center = 0.5f * lower + 0.5f * upper, half = 0.5f * upper - 0.5f * lower;
-  const auto widen = [&](std::vector<Vec3>& positions) {
+  const auto move = [&](std::vector<Vec3>& positions) {
     for (size_t i = 0; i + 1 < positions.size(); ++i)
       for (int axis = 0; axis < 3; ++axis)
         if (half[axis] > 0.0f) positions[i][axis] += distance * ((positions[i][axis] - center[axis]) / half[axis]);
   };
-  widen(mesh.positions);
+  move(mesh.positions);
   if (mesh.deformation) {
     auto moved = std::make_shared<Deformation>(*mesh.deformation);
-    for (Deformation::Key& key : moved->keys) widen(key.positions);
+    for (Deformation::Key& key : moved->keys) move(key.positions);
     mesh.deformation = std::move(moved);
   }
   mesh.displaced = true;

@@ -73,10 +73,11 @@ def of_particles(context: ExportContext, thing: bpy.types.Object, mesh: bpy.type
         numbers = chain.from_iterable(co_hair(thing, particle_no=strand, step=step) for strand in shown for step in range(steps))
         world = np.fromiter(numbers, dtype=np.float32, count=3 * steps * len(shown)).reshape(len(shown), steps, 3)
         present = _present(world)
-        shown = np.array(shown)[present[:, 1]].tolist()   # a strand has two points at least
+        usable = present[:, 1]   # a strand has two points at least
+        shown = np.array(shown)[usable].tolist()
         if not shown:
             continue
-        world, present = world[present[:, 1]], present[present[:, 1]]
+        world, present = world[usable], present[usable]
         local = (world @ inverse[:3, :3].T + inverse[:3, 3]).astype(np.float32)
         positions.append(local[present])
         radii.append(_radii(settings, local, present)[present])

@@ -217,8 +217,8 @@ void add_thin_glass_v2(Bsdf& bsdf, const Surface& surface, const Below& below, f
     add_below(bsdf, below, reflection);
   }
   if (!in.refractive_caustics) return;
-  // Between the limit of Cycles 5.2, below which light goes straight on, and our own, the lobe is as sharp as ours can be:
-  // light samples of what is behind a straight lobe are those of the surface before it.
+  // In Cycles 5.2, light goes straight on only if the product of both alphas is at most kStraight. Our limit for a delta
+  // lobe is larger. Between both limits the lobe is a little rougher than asked for, so that it is no delta lobe.
   constexpr float kStraight = 2e-10f;
   float through = saturate(alpha * safe_sqrt(3.4f * (eta - 1.0f) * sqr(eta - 0.5f) / (eta * eta * eta)));
   if (sqr(through) > kStraight) through = std::max(through, 1.001f * std::sqrt(kDeltaAlphaProduct));
