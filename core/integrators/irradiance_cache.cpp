@@ -273,7 +273,7 @@ class IrradianceCache final : public Integrator {
       walk.trace();
       if (!walk.found() || !walk.arrive()) return false;
       length += walk.hit.t;
-      if (const ShaderProgram& program = scene_->material(walk.hit); program.has_volume() && !program.has_surface()) {
+      if (scene_->material(walk.hit).only_encloses()) {
         media.leave(walk, walk.ray.direction);
         walk.pass_uncounted();
         continue;

@@ -80,7 +80,7 @@ class PathWalk {
     material_ = scene_.material_index(walk_.hit);
     const ShaderProgram& program = scene_.programs()[size_t(material_)];
     if constexpr (kMedia) {
-      if (program.has_volume() && !program.has_surface()) return cross_boundary();
+      if (program.only_encloses()) return cross_boundary();
     }
     if (start_.caught && walk_.seen_directly()) [[unlikely]]
       meet_catcher();

@@ -323,9 +323,8 @@ void widen_media(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance
     const BuiltMesh& mesh = meshes[instance.mesh];
     const auto materials = material_table.subspan(instance.first_material, instance.material_count);
     const bool stays = mesh.triangles.empty() || !mesh.grids.empty() ||
-                       !std::all_of(materials.begin(), materials.end(), [&](uint32_t material) {
-                         return programs[material].has_volume() && !programs[material].has_surface();
-                       });
+                       !std::all_of(materials.begin(), materials.end(),
+                                    [&](uint32_t material) { return programs[material].only_encloses(); });
     float& found = largest[instance.mesh];
     found = stays ? kInfinity : std::max(found, found < kInfinity ? largest_coordinate(mesh, instance) : 0.0f);
   }

@@ -90,7 +90,8 @@ class ShaderProgram {
   bool subsurface_has_normal() const;  ///< closures with subsurface scattering have other normals than the surface
   bool has_volume() const;             ///< encloses a volume, which may be empty
   bool has_surface() const;            ///< false for an object that only encloses a volume: its surface is invisible
-  bool medium_varies() const;          ///< the medium varies within one object
+  bool only_encloses() const { return has_volume() && !has_surface(); }
+  bool medium_varies() const;  ///< the medium varies within one object
   /// may_be_rough: some lobe can be diffuse or have at least this roughness. may_be_smooth: some lobe can have less.
   /// Transparent lobes do not count. may_be_rough_glossy: like may_be_rough, but diffuse lobes do not count.
   bool may_be_rough(float roughness) const;

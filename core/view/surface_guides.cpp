@@ -32,7 +32,7 @@ SampleAux guides_along(const Scene& scene, const Ray& ray, Sampler& sampler, uin
     walk.trace();
     if (!walk.found() || !walk.arrive()) break;
     const ShaderProgram& program = scene.material(walk.hit);
-    if (program.has_volume() && !program.has_surface()) {
+    if (program.only_encloses()) {
       walk.pass_uncounted();
       continue;
     }

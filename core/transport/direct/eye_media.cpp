@@ -54,7 +54,7 @@ EyeMedia::Step EyeMedia::meet(EyeWalk& walk, const Along& how, Color& beta, Ligh
   }
   if (!walk.found()) return Step::Surface;
   const ShaderProgram& program = scene_.material(walk.hit);
-  if (!program.has_volume() || program.has_surface()) return Step::Surface;
+  if (!program.only_encloses()) return Step::Surface;
   if (++bounds_ > kMaxVolumeBounds || !walk.arrive()) return Step::End;
   s.media.cross(walk.hit, !point.backfacing, s.stack, s.counters);
   walk.pass_uncounted();

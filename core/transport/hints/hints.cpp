@@ -146,7 +146,7 @@ class Attacher {
       scene_.shading_point(ray, hit, point);
       const ShaderProgram& program = scene_.material(hit);
       program.evaluate_surface(point, shading);
-      const bool only_encloses = program.has_volume() && !program.has_surface();
+      const bool only_encloses = program.only_encloses();
       if (only_encloses || (program.may_be_transparent() && !program.scatters())) {
         if (++crossed > 64) return fail(where + " there are too many transparent surfaces");
         ray = scene_.spawn_ray(point, ray.direction);

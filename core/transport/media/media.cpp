@@ -475,7 +475,7 @@ Color Media::transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoin
     if (!hit.found() && ray.t_max == kInfinity) leave_all(stack, counters);
     if (hit.found()) {
       const ShaderProgram& program = scene_.material(hit);
-      const bool only_encloses = program.has_volume() && !program.has_surface();
+      const bool only_encloses = program.only_encloses();
       if (only_encloses ? ++bounds > kMaxVolumeBounds : !scene_.shadow_rays_pass(hit) || crossed++ >= most)
         return Color(0.0f);
       if (by_ray_kind && !only_encloses) *by_ray_kind |= scene_.depends_on_ray_kind(hit);

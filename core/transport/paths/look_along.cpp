@@ -169,7 +169,7 @@ bool look_through_media(const Scene& scene, const PathMedia& media, const Look& 
     if (!(max_component(glm::abs(edge.transmittance)) > 0.0f)) return false;
     if (!hit.found()) break;
     const ShaderProgram& program = scene.material(hit);
-    const bool only_encloses = program.has_volume() && !program.has_surface();
+    const bool only_encloses = program.only_encloses();
     const uint32_t kind = only_encloses || crossed >= limit ? 0u : rules.passing(scene, hit, edge);
     if (only_encloses ? ++bounds > kMaxVolumeBounds : kind == 0) return false;
     crossed += !only_encloses;

@@ -73,7 +73,7 @@ bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& 
     if (!hit.found()) return false;
     scene.shading_point(ray, hit, vertex.point);
     vertex.program = &scene.material(hit);
-    if (media && vertex.program->has_volume() && !vertex.program->has_surface()) [[unlikely]] {
+    if (media && vertex.program->only_encloses()) [[unlikely]] {
       if (++through.bounds > kMaxVolumeBounds) return false;
       media->cross(hit, !vertex.point.backfacing, vertex.media.stack);
       ray = scene.straight_on(vertex.point, ray, hit.t);

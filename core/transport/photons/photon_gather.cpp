@@ -392,7 +392,7 @@ bool PhotonGatherer::find_rough(Ray ray, ShadingPoint& point, SurfaceShading& sh
     if (!walk.found()) return false;
     walk.arrive();
     const ShaderProgram& program = scene_.material(walk.hit);
-    if (program.has_volume() && !program.has_surface()) {
+    if (program.only_encloses()) {
       walk.pass_uncounted();
       continue;
     }

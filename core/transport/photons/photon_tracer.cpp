@@ -158,7 +158,7 @@ class BlockTracer {
       if (!hit.found()) return;
       scene_.shading_point(ray, hit, point);
       if (vertex == 0) entry_ = point.position;
-      if (media_ && scene_.material(hit).has_volume() && !scene_.material(hit).has_surface()) {
+      if (media_ && scene_.material(hit).only_encloses()) {
         media_->cross(hit, !point.backfacing, stack_);
         ray = scene_.straight_on(point, ray, hit.t);
         continue;
