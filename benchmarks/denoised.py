@@ -110,7 +110,7 @@ def render(scene_file: Path, integrator: str, cpu: float, seed: int, load: Load,
         progress = session.progress()
         if progress.phase == ajar.Progress.Phase.Building and progress.step != CHOICE:
             started, clock = cpu_seconds(), time.monotonic()
-        elif cpu_seconds() - started > cpu:
+        elif cpu_seconds() - started > cpu and progress.samples >= 1.0:   # a time limit does not cut the first pass either
             session.cancel()
     used = cpu_seconds() - started
     load.processors = min(load.threads, max(0.1 * load.threads, used / max(1e-3, time.monotonic() - clock)))

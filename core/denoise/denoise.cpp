@@ -5,9 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
+#include "denoise/bright_pixels.h"
 #include "math/relative_error.h"
 #include "math/statistics.h"
 #include "math/types.h"
@@ -21,27 +19,17 @@ constexpr int kNeighbours = 3;       // pixels to each side, in which a bright p
 constexpr size_t kRank = 3;          // the neighbour with which it is compared, from the brightest
 constexpr float kMaxRatio = 3.0f;    // of the brightness of a pixel to that neighbour
 constexpr float kUsualNoise = 3.0f;  // times the mean of |m - n| in a window
-constexpr float kChance = 10.0f;     // times noise over energy: how far a pixel can be bright in both halves by chance
+constexpr float kChance = 5.0f;      // times noise over energy: how far a pixel can be bright in both halves by chance
 constexpr float kUsualError = 4.0f;  // times the mean error of a window: above it, a pixel can be so by chance
+constexpr float kSpot = 8.0f;        // area of a bright spot in a plane, in squares of its step
 constexpr int kFrequentReach = 8;    // pixels to each side of the window in which darkened pixels are counted
 constexpr float kFrequent = 0.012f;  // share of darkened pixels above which they keep their light
 constexpr float kMaxWhole = 0.6f;    // maximum share of D(N)
 constexpr double kNoiseOfWhole = 0.02;    // relative noise, squared, at which the share of D(N) is half of the maximum
 constexpr double kLeastWhole = 0.1;       // share of D(N) below which it is not computed
-constexpr float kBright = 2.5f;           // times the denoised light around: a pixel that samples find rarely
-constexpr float kUsualBright = 1.25f;     // times the brightest pixel of one half around
-constexpr float kDim = 0.02f;             // added to that light
-constexpr int kChanceReach = 8;           // pixels to each side of the window in which bright pixels are counted
 constexpr int kChancePlanes = 3;          // in which pixels that are bright by chance do not count
 constexpr int kErrorReach = 2;            // pixels to each side of the window of the error
 constexpr double kMinSignificance = 2.5;  // the mean of the products over its standard error, below which g is 0
-
-template <class Work>
-void for_pixels(size_t count, const Work& work) {
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, 4096), [&](const tbb::blocked_range<size_t>& range) {
-    for (size_t i = range.begin(); i < range.end(); ++i) work(i);
-  });
-}
 
 std::vector<float> luminances(const std::vector<float>& image) {
   std::vector<float> result(image.size() / 3);
@@ -84,7 +72,7 @@ struct DenoisedHalves {
 /// The combination of the planes. Its images are reused for all planes.
 class Combination {
  public:
-  /// `by_chance`: pixels that are bright in both halves by chance (by_chance_of), in [0, 1].
+  /// `by_chance`: pixels that are bright in both halves by chance (BrightPixels), in [0, 1].
   Combination(Residuals residuals, std::vector<float> by_chance, int width, int height);
   /// The sums over the planes of g (A - D(A)) + (1 - g) (D - (D(A) + D(B)) / 2), and of the same for B.
   std::array<std::vector<float>, 2> significant_parts();
@@ -145,7 +133,8 @@ void Combination::find_weights(int level) {
                 chance = std::min(1.0f, kChance * p.noise / (p.energy + 1e-12f)),
                 excess = chance * std::max(0.0f, term - kUsualError * kUsualError * error * error);
     terms_[3 * i] = term;
-    terms_[3 * i + 1] = w * w * p.noise * (p.product + 0.25f * p.noise) + excess * excess;  // variance
+    // Its variance. What can be so by chance is in spots, whose values are not independent.
+    terms_[3 * i + 1] = w * w * p.noise * (p.product + 0.25f * p.noise) + kSpot * excess * excess;
     terms_[3 * i + 2] = w * p.noise;
   });
   window_mean(terms_, {width_, height_, 3}, reach, scratch_);
@@ -299,40 +288,6 @@ Halves separate(const std::vector<float>& halves, size_t k, size_t techniques) {
   return result;
 }
 
-/// Pixels that are far brighter than the denoised light around in both halves, but not more often than two independent
-/// halves are by chance, and not brighter than what one half has around: 1, else 0. Light that is found rarely makes such
-/// pixels. Their halves agree, so that they look like details that the denoiser has lost.
-std::vector<float> by_chance_of(const Halves& halves, const std::vector<float>& light_a,
-                                const std::vector<float>& light_b, ImageSize size) {
-  const ImageSize one_channel{size.width, size.height, 1};
-  std::vector<float> around(size.values() / 3), scratch;
-  for_pixels(around.size(),
-             [&](size_t i) { around[i] = 0.5f * (luminance_at(light_a, i) + luminance_at(light_b, i)); });
-  square_max(around, one_channel, 1, scratch);
-  std::vector<float> alone(around.size()), both(around.size());  // bright in one half, and in both
-  std::vector<float> brightest(around.size());                   // of those in one half
-  for_pixels(around.size(), [&](size_t i) {
-    const float limit = kBright * (around[i] + kDim);
-    const bool a = luminance_at(halves.a, i) > limit, b = luminance_at(halves.b, i) > limit;
-    alone[i] = a != b ? 0.5f : 0.0f;
-    if (a != b) brightest[i] = std::max(luminance_at(halves.a, i), luminance_at(halves.b, i));
-    both[i] = a && b ? 1.0f : 0.0f;
-  });
-  std::vector<float> share = alone, together = both;
-  square_mean(share, one_channel, kChanceReach, scratch);
-  square_mean(together, one_channel, kChanceReach, scratch);
-  square_max(brightest, one_channel, kChanceReach, scratch);
-  constexpr float kPixels = float((2 * kChanceReach + 1) * (2 * kChanceReach + 1));
-  for_pixels(around.size(), [&](size_t i) {
-    // About the number that independent halves exceed with a probability of 1e-3.
-    const float expected = kPixels * share[i] * share[i],
-                likely = expected + 3.0f * std::sqrt(expected) + std::min(1.0f, 1e3f * expected);
-    const bool is_usual = std::min(luminance_at(halves.a, i), luminance_at(halves.b, i)) <= kUsualBright * brightest[i];
-    both[i] = both[i] > 0.0f && is_usual && kPixels * together[i] <= likely + 0.01f ? 1.0f : 0.0f;
-  });
-  return both;
-}
-
 /// A denoised image, and the difference G(A) - G(B) of the images for each half.
 struct Combined {
   std::vector<float> image, difference;
@@ -340,23 +295,26 @@ struct Combined {
 Combined combine(const Halves& halves, ImageSize size, float dark, const DenoiseFunction& denoiser, bool with_whole) {
   const auto& [a, b] = halves;
   const auto [from_a, from_b, whole] = denoise_halves(a, b, size, dark, denoiser, with_whole);
+  BrightPixels bright = bright_pixels_of(halves, from_a, from_b, size);
   const std::vector<float> light = light_of(from_a, from_b, dark);
   Residuals residuals;
   for (std::vector<float>* one : residuals.all())
     if (one != &residuals.whole || !whole.empty()) one->resize(size.values());
   for_pixels(size.values(), [&](size_t i) {
     const float scale = 1.0f / light[i / 3];
+    if (!whole.empty()) residuals.whole[i] = scale * (whole[i] - 0.5f * (from_a[i] + from_b[i]));
+    if (bright.detail[i / 3] > 0.0f) return;
     residuals.first[i] = scale * (b[i] - from_a[i]);
     residuals.second[i] = scale * (a[i] - from_b[i]);
     residuals.halves[i] = scale * (a[i] - b[i]);
-    if (!whole.empty()) residuals.whole[i] = scale * (whole[i] - 0.5f * (from_a[i] + from_b[i]));
   });
-  const auto parts = Combination(std::move(residuals), by_chance_of(halves, from_a, from_b, size), size.width,
-                                 size.height)
+  const auto parts = Combination(std::move(residuals), std::move(bright.by_chance), size.width, size.height)
                          .significant_parts();
   Combined result{std::vector<float>(size.values()), std::vector<float>(size.values())};
   for_pixels(size.values(), [&](size_t i) {
-    const float of_a = from_a[i] + light[i / 3] * parts[0][i], of_b = from_b[i] + light[i / 3] * parts[1][i];
+    const float g = bright.detail_weight[i / 3];
+    const float of_a = from_a[i] + light[i / 3] * parts[0][i] + g * (a[i] - from_a[i]),
+                of_b = from_b[i] + light[i / 3] * parts[1][i] + g * (b[i] - from_b[i]);
     // A residual can be larger than the light. Only negative lamps make an image negative.
     float value = std::max(0.5f * (of_a + of_b), std::min(0.0f, std::min(a[i], b[i])));
     const float of_denoiser = std::min(from_a[i], from_b[i]);

@@ -30,6 +30,11 @@
 // Several techniques can render one image. Each has its own halves and gives its own image
 // (denoise/technique_images.h).
 //
+// Small bright details that the denoiser loses, such as sparks, have residuals of many times the denoised light, which
+// coarse planes would spread as a halo. The planes do not contain them. They get the rendered light with a weight of
+// their own (denoise/bright_pixels.h). Spots of a plane that can be bright in both halves by chance count as one value
+// for the significance, not as many.
+//
 // Single pixels that are far brighter than all their neighbours, and bright in one half only, are darkened before the
 // denoiser sees them, unless there are many of them around. They stay in N: coarse planes return their energy where it is
 // significant.

@@ -18,6 +18,13 @@ struct ImageSize {
   size_t values() const { return size_t(width) * size_t(height) * size_t(channels); }
 };
 
+/// Calls `work(i)` for each number below `count` in parallel.
+template <class Work>
+void for_pixels(size_t count, const Work& work) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, 4096), [&](const tbb::blocked_range<size_t>& range) {
+    for (size_t i = range.begin(); i < range.end(); ++i) work(i);
+  });
+}
 /// Calls `work(y)` for each row in parallel.
 template <class Work>
 void for_rows(int height, const Work& work) {

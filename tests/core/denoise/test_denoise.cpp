@@ -244,6 +244,48 @@ TEST(Denoise, a_highlight_in_heavy_noise_has_no_dark_ring) {
   }
 }
 
+TEST(Denoise, extremely_bright_details_are_finite) {
+  const std::vector<float> clean(kValues, 0.05f);
+  for (const float light : {1e10f, 1e18f}) {
+    Rendered r = rendered(clean, 4, 3);
+    for (size_t i = 1000; i < 1020; ++i)
+      for (size_t c = 0; c < 3; ++c) {
+        r.halves[6 * i + c + (i % 2) * 3] = light;
+        r.image[3 * i + c] = 0.5f * light;
+      }
+    const Denoised result = denoise(r.image, r.halves, kWidth, kHeight,
+                                    [&](const std::vector<float>&) { return clean; });
+    for (const float v : result.image) ASSERT_TRUE(std::isfinite(v)) << light;
+  }
+}
+
+TEST(Denoise, sparks_that_the_denoiser_removes_have_no_halo) {
+  // Few samples: the pixels of a spark are bright in each half with a probability of 0.4.
+  constexpr float kGround = 0.05f;
+  const std::vector<float> clean(kValues, kGround);
+  const auto removes = [&](const std::vector<float>&) { return clean; };
+  const auto is_spark = [](int x, int y) { return x % 32 >= 12 && x % 32 < 20 && y % 32 >= 14 && y % 32 < 17; };
+  const auto is_near = [](int x, int y) { return x % 32 >= 8 && x % 32 < 24 && y % 32 >= 10 && y % 32 < 21; };
+  for (uint64_t seed = 1; seed <= 8; ++seed) {
+    Rendered r = rendered(clean, 4, seed);
+    Pcg32 rng(seed);
+    for (int i = 0; i < kWidth * kHeight; ++i)
+      for (size_t half = 0; half < 2; ++half) {
+        if (!is_spark(i % kWidth, i / kWidth) || rng.next_float() > 0.4f) continue;
+        for (size_t c = 0; c < 3; ++c) r.halves[6 * size_t(i) + 3 * half + c] = 50.0f;
+      }
+    for (size_t i = 0; i < kValues; ++i) r.image[i] = 0.5f * (r.halves[i + i / 3 * 3] + r.halves[i + i / 3 * 3 + 3]);
+    const std::vector<float> shown = denoise(r.image, r.halves, kWidth, kHeight, removes).image;
+    double brightest = 0.0, light = 0.0;
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      if (is_spark(i % kWidth, i / kWidth)) light += double(shown[3 * size_t(i)]) / (6 * 24);
+      if (!is_near(i % kWidth, i / kWidth)) brightest = std::max(brightest, double(shown[3 * size_t(i)]));
+    }
+    EXPECT_LT(brightest, 4.0 * double(kGround)) << "seed " << seed;
+    EXPECT_GT(light, 0.08 * 0.4 * 50.0) << "seed " << seed;
+  }
+}
+
 TEST(Denoise, without_halves_the_image_of_the_denoiser_is_returned) {
   const std::vector<float> clean = truth();
   Rendered r = rendered(clean, 4, 9);
