@@ -6,7 +6,6 @@ bulk.
 
 from __future__ import annotations
 
-from itertools import chain
 from typing import TYPE_CHECKING
 
 import bpy
@@ -70,8 +69,8 @@ def of_particles(context: ExportContext, thing: bpy.types.Object, mesh: bpy.type
             continue
         context.check_cancelled()
         co_hair = psys.co_hair
-        numbers = chain.from_iterable(co_hair(thing, particle_no=strand, step=step) for strand in shown for step in range(steps))
-        world = np.fromiter(numbers, dtype=np.float32, count=3 * steps * len(shown)).reshape(len(shown), steps, 3)
+        points = (co_hair(thing, particle_no=strand, step=step) for strand in shown for step in range(steps))
+        world = compat.coordinates(points, steps * len(shown)).reshape(len(shown), steps, 3)
         present = _present(world)
         usable = present[:, 1]   # a strand has two points at least
         shown = np.array(shown)[usable].tolist()
