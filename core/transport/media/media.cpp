@@ -160,37 +160,21 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
   }
   const int cells_along = cells_of(varying);
   for (Medium& medium : media_)
-    if (medium.varies) find_majorants(medium, cells_along);
+    if (medium.varies) find_majorants(medium, cells_along, FineMajorants::kMaxDivided / varying);
   find_emission();
 }
 
 uint64_t Media::max_bytes(uint64_t volumes, uint64_t instances) {
   // The capacity of a growing vector is at most twice its size.
-  return 2 * (volumes * sizeof(Medium) + (kMaxMajorants + volumes) * sizeof(float)) + instances * sizeof(uint32_t);
+  return 2 * (volumes * sizeof(Medium) + (kMaxMajorants + volumes) * sizeof(float)) + instances * sizeof(uint32_t) +
+         FineMajorants::bytes_of(FineMajorants::kMaxDivided, kMaxMajorants + volumes);
 }
 
-float Media::majorant(const Medium& medium, Vec3 position, Vec3 direction, float& reach) const {
-  std::array<int, 3> cell;
-  bool inside = true;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int count = medium.cells[size_t(axis)];
-    const float d = direction[axis], place = (position[axis] - medium.lower[axis]) * medium.inverse_size[axis];
-    int border;  // the next border of a cell on the ray
-    if (!(place >= 0.0f && place < float(count))) {
-      inside = false;
-      if (place < 0.0f ? !(d > 0.0f) : !(d < 0.0f)) return 0.0f;  // the ray never enters the grid
-      border = place < 0.0f ? 0 : count;
-    } else {
-      cell[size_t(axis)] = std::min(int(place), count - 1);
-      border = cell[size_t(axis)] + (d > 0.0f ? 1 : 0);
-    }
-    if (d == 0.0f) continue;
-    reach = std::min(reach, std::max((medium.lower[axis] + medium.size[axis] * float(border) - position[axis]) / d,
-                                     1e-3f * medium.size[axis]));
-  }
-  return inside ? majorants_[medium.first_majorant +
-                             size_t((cell[2] * medium.cells[1] + cell[1]) * medium.cells[0] + cell[0])]
-                : 0.0f;
+size_t Media::memory_bytes() const {
+  size_t bytes = media_.capacity() * sizeof(Medium) + first_of_instance_.capacity() * sizeof(uint32_t) +
+                 majorants_.capacity() * sizeof(float);
+  for (const Medium& medium : media_) bytes += medium.fine.memory_bytes();
+  return bytes;
 }
 
 /// Media that vary end at their bounds, in case a ray has missed their surface.

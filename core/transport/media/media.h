@@ -10,8 +10,9 @@
 //
 // Media that vary: weighted delta tracking (spectral, with absorption by weights); shadow rays use ratio tracking
 // [Kutz, Habel, Li and Novák 2017, "Spectral and Decomposition Tracking"; Novák, Selle and Jarosz 2014]. The majorants
-// are constant in the cells of a grid over the volume's bounds, whose cells are small along axes of strong variation. They are found by sampling the shader, because the
-// extinction of a node graph cannot be bounded in general. Where the extinction exceeds its majorant, null collisions
+// are constant in the cells of a grid over the volume's bounds, whose cells are small along axes of strong variation.
+// Cells in which a ray would have many null collisions are divided (fine_majorants.h). Majorants are found by sampling
+// the shader, because the extinction of a node graph cannot be bounded in general. Where the extinction exceeds its majorant, null collisions
 // have negative weights and the estimate stays unbiased [Galtier et al. 2013]; such points are counted. Extinction that
 // exceeds the optical depth kMaxOpticalDepthPerCell in a cell is reduced to it and counted.
 #pragma once
@@ -22,6 +23,7 @@
 
 #include "math/random.h"
 #include "scene/scene.h"
+#include "transport/media/fine_majorants.h"
 
 namespace ajar {
 
@@ -86,10 +88,7 @@ class Media {
   MediaStack around(Vec3 position, float time, MediaCounters& counters) const;
   /// Crosses the surface at `hit`. `inwards` is by its geometric normal.
   void cross(const Hit& hit, bool inwards, MediaStack& stack, MediaCounters& counters) const;
-  size_t memory_bytes() const {
-    return media_.capacity() * sizeof(Medium) + first_of_instance_.capacity() * sizeof(uint32_t) +
-           majorants_.capacity() * sizeof(float);
-  }
+  size_t memory_bytes() const;
   /// The maximum memory for a number of volumes and instances. A volume is a material of an instance, or the world.
   static uint64_t max_bytes(uint64_t volumes, uint64_t instances);
   /// Leaves all volumes except that of the world.
@@ -137,6 +136,8 @@ class Media {
     float most;                   // maximum extinction per metre; 0: no limit
     Color mean_extinction{0.0f};  // over the bounds, of media that vary; 0 if nothing scatters
     bool emits = false;
+    float least = 0.0f;  // minimum majorant
+    FineMajorants fine;
     float scale = 1.0f;  // of all coefficients, for media that keep their optical depth when they are scaled
   };
 
@@ -146,7 +147,9 @@ class Media {
   struct Samples;
   Samples sample_cells(Medium& medium, Vec3 extent) const;
   void sample_voxels(const Medium& medium, Samples& all) const;
-  void find_majorants(Medium& medium, int cells_along);
+  void find_majorants(Medium& medium, int cells_along, size_t max_divided);
+  void divide_cells(Medium& medium, const Samples& all, size_t max_divided);
+  void find_fine_majorants(const Medium& medium, size_t cell, Vec3 corner, FineMajorants::Cells& found) const;
   void find_emission();
   float majorant(const Medium& medium, Vec3 position, Vec3 direction, float& reach) const;
   bool reaches(const Medium& medium, Vec3 position) const;

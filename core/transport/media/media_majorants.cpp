@@ -3,6 +3,8 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -22,6 +24,9 @@ constexpr float kMinShare = 0.02f, kMostIdle = 4.0f;
 /// An axis along which the extinction varies less than this share of the most varying axis has fewer cells.
 constexpr float kEvenAxis = 0.1f;
 constexpr int kCellsOfEvenAxis = 4;
+/// A cell is divided if a ray that crosses it would have at least so many null collisions, unless nearly no ray crosses it:
+/// its smallest extinction has at least kOpaque of optical depth.
+constexpr float kIdle = 2.0f, kOpaque = 20.0f;
 /// Voxels of grids that are looked at; of larger grids, every second voxel along each axis, or every fourth.
 constexpr size_t kMaxVoxels = size_t(1) << 22;
 
@@ -70,7 +75,9 @@ bool divide_anew(const std::vector<float>& seen, std::array<int, 3>& cells) {
 struct Media::Samples {
   std::vector<float> seen;      ///< largest extinction in each cell
   std::vector<float> compared;  ///< the same of points at the same places of all cells
-  Color extinction{0.0f};       ///< mean
+  std::vector<float> mean;      ///< mean extinction in each cell
+  std::vector<float> smallest;  ///< smallest extinction in each cell
+  Color extinction{0.0f};       ///< mean, where light is
   bool scatters = false, emits = false;
 };
 
@@ -83,6 +90,8 @@ Media::Samples Media::sample_cells(Medium& medium, Vec3 extent) const {
   Samples all;
   all.seen.resize(size_t(nx) * size_t(ny) * size_t(nz));
   all.compared.resize(all.seen.size());
+  all.mean.resize(all.seen.size());
+  all.smallest.resize(all.seen.size());
   struct Sum {
     Color extinction{0.0f};
     bool scatters = false, emits = false;
@@ -99,7 +108,7 @@ Media::Samples Media::sample_cells(Medium& medium, Vec3 extent) const {
     Ray ray;
     ShadingPoint inside = inside_of({none, ray, 0.0f, path, kRayCamera});
     MediaCounters ignored;
-    float& seen = all.seen[index];
+    float &seen = all.seen[index], smallest = kInfinity;
     for (int k = 0; k < kSamplesPerCell; ++k) {
       // Points at the same places of all cells show which axes the extinction varies along.
       Pcg32& rng = k < kSamplesPerCell / 2 ? shared : own;
@@ -110,18 +119,30 @@ Media::Samples Media::sample_cells(Medium& medium, Vec3 extent) const {
       add(medium, inside, point, ignored);
       seen = std::max(seen, max_component(point.extinction));
       if (k < kSamplesPerCell / 2) all.compared[index] = std::max(all.compared[index], max_component(point.extinction));
+      smallest = std::min(smallest, max_component(point.extinction));
+      all.mean[index] += max_component(point.extinction) / float(kSamplesPerCell);
       sums[index].extinction += point.extinction;
       sums[index].scatters |= point.scatters();
       sums[index].emits |= !is_black(point.emission);
       // Emission is found at collisions, so the majorant must not be zero.
       if (!is_black(point.emission)) seen = std::max(seen, 1.0f / glm::length(medium.size));
     }
+    all.smallest[index] = smallest;
   });
-  for (const Sum& sum : sums) {
+  // Nearly no light is in cells that are opaque everywhere. They count only if there are no others with extinction.
+  const float side = glm::length(medium.size) / std::sqrt(3.0f);
+  Color seen_by_light(0.0f);
+  size_t lit = 0;
+  for (size_t cell = 0; cell < sums.size(); ++cell) {
+    const Sum& sum = sums[cell];
     all.extinction += sum.extinction / float(kSamplesPerCell * sums.size());
     all.scatters |= sum.scatters;
     all.emits |= sum.emits;
+    if (all.smallest[cell] * side >= kOpaque) continue;
+    seen_by_light += sum.extinction / float(kSamplesPerCell);
+    ++lit;
   }
+  if (max_component(seen_by_light) > 0.0f) all.extinction = seen_by_light / float(lit);
   return all;
 }
 
@@ -159,7 +180,7 @@ void Media::sample_voxels(const Medium& medium, Samples& all) const {
   }
 }
 
-void Media::find_majorants(Medium& medium, int cells_along) {
+void Media::find_majorants(Medium& medium, int cells_along, size_t max_divided) {
   const Vec3 extent = glm::max(medium.size, Vec3(1e-6f * max_component(medium.size) + 1e-30f));
   const float cell = max_component(extent) / float(cells_along);
   for (int axis = 0; axis < 3; ++axis)
@@ -172,7 +193,7 @@ void Media::find_majorants(Medium& medium, int cells_along) {
   medium.emits |= all.emits;
   if (all.scatters && is_finite(all.extinction)) medium.mean_extinction = all.extinction;
   const float largest = *std::max_element(all.seen.begin(), all.seen.end());
-  const float least = std::min(
+  const float least = medium.least = std::min(
       std::max(std::min(kMinShare * largest, kMostIdle / max_component(extent)), 0.25f / glm::length(extent)),
       kLargest);
   medium.first_majorant = majorants_.size();
@@ -188,6 +209,116 @@ void Media::find_majorants(Medium& medium, int cells_along) {
               most = std::max(most, std::min(kMargin * all.seen[size_t((w * ny + v) * nx + u)], kLargest));
         majorants_.push_back(most);
       }
+  divide_cells(medium, all, max_divided);
+}
+
+void Media::divide_cells(Medium& medium, const Samples& all, size_t max_divided) {
+  // The voxels of grids are looked at one by one, so that their majorants are tight. Media that move have no fixed cells.
+  const BuiltInstance& instance = scene_.instances()[medium.instance];
+  if (instance.motion || !scene_.meshes()[instance.mesh].grids.empty()) return;
+  const float side = glm::length(medium.size) / std::sqrt(3.0f);
+  std::vector<std::pair<float, size_t>> idle;  // null collisions of a ray, and the cell
+  for (size_t cell = 0; cell < all.seen.size(); ++cell) {
+    const float null = (majorants_[medium.first_majorant + cell] - all.mean[cell]) * side;
+    if (null >= kIdle && all.smallest[cell] * side < kOpaque) idle.emplace_back(null, cell);
+  }
+  if (idle.size() > max_divided) {
+    std::sort(idle.begin(), idle.end(), std::greater<>());
+    idle.resize(max_divided);
+  }
+  std::vector<size_t> divided;
+  for (const auto& [null, cell] : idle) divided.push_back(cell);
+  medium.fine = FineMajorants(all.seen.size(), divided);
+}
+
+/// `corner`: the lower one of the cell. The extinction at the corners of the small cells, and at one point in each. If the
+/// largest of them are always at corners, the extinction changes slowly, and the largest one in a small cell is taken.
+/// Otherwise there can be peaks between the points, and the neighbours are included.
+void Media::find_fine_majorants(const Medium& medium, size_t cell, Vec3 corner, FineMajorants::Cells& found) const {
+  constexpr int kCells = FineMajorants::kAlong, kCorners = kCells + 1;
+  ShadingPoint path;
+  MediaStack none;
+  Ray ray;
+  ShadingPoint inside = inside_of({none, ray, 0.0f, path, kRayCamera});
+  MediaCounters ignored;
+  Pcg32 rng(cell, 0x66696e65U);
+  const Vec3 size = medium.size / float(kCells);
+  const auto largest_at = [&](Vec3 place) {
+    inside.position = corner + size * place;
+    float largest = 0.0f;
+    for (const uint32_t kind : {uint32_t(kRayCamera), uint32_t(kRayShadow)}) {
+      inside.ray_kind = kind;
+      MediumPoint point;
+      add(medium, inside, point, ignored);
+      largest = std::max(largest, max_component(point.extinction));
+      if (!is_black(point.emission)) largest = std::max(largest, 1.0f / glm::length(medium.size));
+    }
+    return largest;
+  };
+  std::vector<float> at_corners(size_t(kCorners) * kCorners * kCorners);
+  for (int i = 0; i < int(at_corners.size()); ++i)
+    at_corners[size_t(i)] = largest_at(
+        Vec3(float(i % kCorners), float(i / kCorners % kCorners), float(i / (kCorners * kCorners))));
+  FineMajorants::Cells largest;
+  bool has_peaks = false;
+  for (int i = 0; i < int(largest.size()); ++i) {
+    const int x = i % kCells, y = i / kCells % kCells, z = i / (kCells * kCells);
+    float most = 0.0f;
+    for (int k = 0; k < 8; ++k)
+      most = std::max(most,
+                      at_corners[size_t(((z + (k >> 2)) * kCorners + y + (k >> 1 & 1)) * kCorners + x + (k & 1))]);
+    const float between = largest_at(Vec3(x, y, z) + Vec3(rng.next_float(), rng.next_float(), rng.next_float()));
+    has_peaks |= between > most;
+    largest[size_t(i)] = std::max(most, between);
+  }
+  const int reach = has_peaks ? 1 : 0;
+  for (int i = 0; i < int(found.size()); ++i) {
+    const std::array<int, 3> at{i % kCells, i / kCells % kCells, i / (kCells * kCells)};
+    float most = 0.0f;
+    for (int z = std::max(at[2] - reach, 0); z <= std::min(at[2] + reach, kCells - 1); ++z)
+      for (int y = std::max(at[1] - reach, 0); y <= std::min(at[1] + reach, kCells - 1); ++y)
+        for (int x = std::max(at[0] - reach, 0); x <= std::min(at[0] + reach, kCells - 1); ++x)
+          most = std::max(most, largest[size_t((z * kCells + y) * kCells + x)]);
+    found[size_t(i)] = std::min(std::max(kMargin * most, medium.least), majorants_[medium.first_majorant + cell]);
+  }
+}
+
+float Media::majorant(const Medium& medium, Vec3 position, Vec3 direction, float& reach) const {
+  std::array<int, 3> cell;
+  bool inside = true;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int count = medium.cells[size_t(axis)];
+    const float d = direction[axis], place = (position[axis] - medium.lower[axis]) * medium.inverse_size[axis];
+    int border;  // the next border of a cell on the ray
+    if (!(place >= 0.0f && place < float(count))) {
+      inside = false;
+      if (place < 0.0f ? !(d > 0.0f) : !(d < 0.0f)) return 0.0f;  // the ray never enters the grid
+      border = place < 0.0f ? 0 : count;
+    } else {
+      cell[size_t(axis)] = std::min(int(place), count - 1);
+      border = cell[size_t(axis)] + (d > 0.0f ? 1 : 0);
+    }
+    if (d == 0.0f) continue;
+    reach = std::min(reach, std::max((medium.lower[axis] + medium.size[axis] * float(border) - position[axis]) / d,
+                                     1e-3f * medium.size[axis]));
+  }
+  if (!inside) return 0.0f;
+  const size_t index = size_t((cell[2] * medium.cells[1] + cell[1]) * medium.cells[0] + cell[0]);
+  if (!medium.fine.divides(index)) return majorants_[medium.first_majorant + index];
+  const Vec3 corner = medium.lower + medium.size * Vec3(cell[0], cell[1], cell[2]);
+  const FineMajorants::Cells& fine = medium.fine.in(
+      index, [&](FineMajorants::Cells& found) { find_fine_majorants(medium, index, corner, found); });
+  constexpr int kCells = FineMajorants::kAlong;
+  size_t small = 0;
+  for (int axis = 2; axis >= 0; --axis) {
+    const float size = medium.size[axis] / float(kCells), d = direction[axis];
+    const int at = std::clamp(int((position[axis] - corner[axis]) / size), 0, kCells - 1);
+    small = small * size_t(kCells) + size_t(at);
+    if (d == 0.0f) continue;
+    const float border = corner[axis] + size * float(at + (d > 0.0f ? 1 : 0));
+    reach = std::min(reach, std::max((border - position[axis]) / d, 1e-3f * size));
+  }
+  return fine[small];
 }
 
 /// Of uniform media.
