@@ -268,6 +268,10 @@ inline std::vector<TransportScene> feature_scenes() {
   add("uneven_smoke", [&](SceneDescription& d) {
     foggy(d, add_medium(d, "ShaderNodeVolumeScatter", Color(0.8f, 0.9f, 0.9f), Vec2(0.2f, 3.0f), 0.3f), aside);
   });
+  add("smoke_without_shadow", [&](SceneDescription& d) {
+    foggy(d, add_medium(d, "ShaderNodeVolumeScatter", Color(0.8f, 0.9f, 0.9f), Vec2(0.3f, 0.7f)), all);
+    d.objects.back().visibility &= ~kVisibleShadow;
+  });
   add("overlapping_volumes", [&](SceneDescription& d) {
     foggy(d, add_medium(d, "ShaderNodeVolumeScatter", Color(0.8f, 0.9f, 0.9f), Vec2(0.4f)), all);
     add_object(d, textured_cube(), add_medium(d, "ShaderNodeVolumeAbsorption", Color(0.3f, 0.5f, 0.9f), Vec2(2.0f)),

@@ -43,6 +43,9 @@ bool outlives(float faint, Pcg32& rng, Color& weight) {
   return true;
 }
 
+constexpr uint32_t kEveryVisibility = kVisibleCamera | kVisibleDiffuse | kVisibleGlossy | kVisibleTransmission |
+                                      kVisibleVolumeScatter | kVisibleShadow;
+
 /// Number of cells along the longest axis of each of `varying` grids. All grids together have at most kMaxMajorants
 /// cells, or one cell each.
 int cells_of(size_t varying) { return varying <= 8 ? 16 : varying <= 64 ? 8 : varying <= 512 ? 4 : 1; }
@@ -152,6 +155,8 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
       const bool varies = program.medium_varies() && max_component(upper - lower) < kLargestExtent;
       varying += varies ? 1 : 0;
       media_.push_back({i, material, &program, varies, lower, upper - lower, {}, {}, 0, 0.0f});
+      media_.back().visibility = instance.visibility;
+      any_hidden_ |= (instance.visibility & kEveryVisibility) != kEveryVisibility;
       if (scene.meshes()[instance.mesh].density_in_object_space) {
         const float length = glm::length(Mat3(instance.world_from_object) * Vec3(1.0f / std::sqrt(3.0f)));
         if (length > 0.0f) media_.back().scale = 1.0f / length;
@@ -168,13 +173,6 @@ uint64_t Media::max_bytes(uint64_t volumes, uint64_t instances) {
   // The capacity of a growing vector is at most twice its size.
   return 2 * (volumes * sizeof(Medium) + (kMaxMajorants + volumes) * sizeof(float)) + instances * sizeof(uint32_t) +
          FineMajorants::bytes_of(FineMajorants::kMaxDivided, kMaxMajorants + volumes);
-}
-
-size_t Media::memory_bytes() const {
-  size_t bytes = media_.capacity() * sizeof(Medium) + first_of_instance_.capacity() * sizeof(uint32_t) +
-                 majorants_.capacity() * sizeof(float);
-  for (const Medium& medium : media_) bytes += medium.fine.memory_bytes();
-  return bytes;
 }
 
 /// Media that vary end at their bounds, in case a ray has missed their surface.
@@ -279,6 +277,15 @@ void Media::evaluate(const MediaStack& stack, ShadingPoint& inside, MediumPoint&
   counters.refused += uint64_t(point.refused);
 }
 
+const MediaStack& Media::seen_by(const MediaRay& along, MediaStack& scratch) const {
+  const uint32_t mask = any_hidden_ ? visibility_mask(along.ray_kind) : 0u;
+  if (mask == 0) return along.stack;
+  scratch = along.stack;
+  for (int i = 0; i < along.stack.size(); ++i)
+    if (!(media_[along.stack[i]].visibility & mask)) scratch.leave(along.stack[i]);
+  return scratch;
+}
+
 bool Media::varies(const MediaStack& stack) const {
   for (int i = 0; i < stack.size(); ++i)
     if (media_[stack[i]].varies) return true;
@@ -289,9 +296,12 @@ bool Media::varies(const MediaStack& stack) const {
 template <class Collide>
 void Media::track(const MediaRay& along, Pcg32& rng, MediaCounters& counters, Collide&& collide) const {
   ShadingPoint inside = inside_of(along);
+  MediaStack scratch;
+  const MediaStack& stack = seen_by(along, scratch);
+  if (stack.empty()) return;
   float constant = 0.0f;  // majorant of the media that do not vary
-  for (int i = 0; i < along.stack.size(); ++i) {
-    const Medium& medium = media_[along.stack[i]];
+  for (int i = 0; i < stack.size(); ++i) {
+    const Medium& medium = media_[stack[i]];
     if (medium.varies) continue;
     MediumPoint point;
     inside.position = along.ray.origin;
@@ -304,8 +314,8 @@ void Media::track(const MediaRay& along, Pcg32& rng, MediaCounters& counters, Co
   for (float t = along.ray.t_min; t < along.t_end;) {
     const Vec3 position = along.ray.origin + t * along.ray.direction;
     float rate = constant, reach = along.t_end - t;
-    for (int i = 0; i < along.stack.size(); ++i)
-      if (const Medium& medium = media_[along.stack[i]]; medium.varies)
+    for (int i = 0; i < stack.size(); ++i)
+      if (const Medium& medium = media_[stack[i]]; medium.varies)
         rate += majorant(medium, position, along.ray.direction, reach);
     const float step = -std::log(1.0f - rng.next_float()) / rate;
     if (!(step < reach)) {
@@ -316,7 +326,7 @@ void Media::track(const MediaRay& along, Pcg32& rng, MediaCounters& counters, Co
     t = advanced(t, step);
     inside.position = along.ray.origin + t * along.ray.direction;
     MediumPoint point;
-    evaluate(along.stack, inside, point, counters);
+    evaluate(stack, inside, point, counters);
     ++counters.lookups;
     if (max_component(point.extinction) > rate * (1.0f + 1e-5f)) ++counters.exceeded;
     if (!collide(point, rate, t)) return;
@@ -337,8 +347,10 @@ Color Media::collision_rate(const MediaRay& along, MediaCounters& counters) cons
   Color rate(0.0f);
   ShadingPoint inside = inside_of(along);
   inside.position = along.ray.origin;
-  for (int i = 0; i < along.stack.size(); ++i) {
-    const Medium& medium = media_[along.stack[i]];
+  MediaStack scratch;
+  const MediaStack& stack = seen_by(along, scratch);
+  for (int i = 0; i < stack.size(); ++i) {
+    const Medium& medium = media_[stack[i]];
     rate += medium.mean_extinction;
     if (medium.varies) continue;
     MediumPoint point;
@@ -352,15 +364,18 @@ MediumPoint Media::at(const MediaRay& along, float t, MediaCounters& counters) c
   ShadingPoint inside = inside_of(along);
   inside.position = along.ray.origin + t * along.ray.direction;
   MediumPoint point;
-  evaluate(along.stack, inside, point, counters);
+  MediaStack scratch;
+  evaluate(seen_by(along, scratch), inside, point, counters);
   return point;
 }
 
 bool Media::is_uniform(const MediaRay& along, MediumPoint& at, MediaCounters& counters) const {
-  if (varies(along.stack)) return false;
+  MediaStack scratch;
+  const MediaStack& stack = seen_by(along, scratch);
+  if (varies(stack)) return false;
   ShadingPoint inside = inside_of(along);
   inside.position = along.ray.origin;
-  evaluate(along.stack, inside, at, counters);
+  evaluate(stack, inside, at, counters);
   return true;
 }
 
@@ -435,8 +450,10 @@ uint32_t Media::receiver_set(const MediaStack& stack) const {
   return instance == kNone ? kEveryLight : scene_.object(scene_.instances()[instance].object).receiver_set;
 }
 
-Color Media::transmittance(const MediaRay& along, Pcg32& rng, MediaCounters& counters) const {
-  if (along.stack.empty()) return Color(1.0f);
+Color Media::transmittance(const MediaRay& given, Pcg32& rng, MediaCounters& counters) const {
+  if (given.stack.empty()) return Color(1.0f);
+  MediaRay along = given;
+  if (given.attenuated_as != 0) along.ray_kind = given.attenuated_as;
   if (MediumPoint medium; is_uniform(along, medium, counters))
     return transmittance_of(medium.extinction, along.t_end - along.ray.t_min);
   Color through(1.0f);

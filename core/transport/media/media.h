@@ -1,8 +1,8 @@
 // Participating media along paths: the volumes in which a ray travels, the points where it scatters, and transmittance.
 //
 // A path stores a stack of the volumes in which it is. They are entered and left by the geometric normal of surfaces
-// whose material has a volume, as in Cycles. Overlapping volumes are added. The volume of the world is always there and
-// has no end. A volume that was never left (a mesh with a hole) ends at the last surface that a ray meets, and is
+// whose material has a volume, as in Cycles. Overlapping volumes are added. A ray does not see volumes of objects that are
+// hidden from its kind; shadow rays too, wherever they start. The volume of the world is always there and has no end. A volume that was never left (a mesh with a hole) ends at the last surface that a ray meets, and is
 // counted.
 //
 // Homogeneous media: distances are sampled in closed form for one channel and weighted by the balance heuristic over
@@ -64,6 +64,9 @@ struct MediaRay {
   float t_end;
   const ShadingPoint& path;  ///< type and depths of the ray
   uint32_t ray_kind;
+  /// Kind of the ray for transmittance, if it differs: the edge from a light to the next vertex can collide as a walk
+  /// from the light does, but it is attenuated as the shadow ray that finds the same path.
+  uint32_t attenuated_as = 0;
 };
 
 /// Emission and scattering on a segment of a ray.
@@ -115,6 +118,8 @@ class Media {
   bool varies(const MediaStack& stack) const;
   bool emits(const MediaStack& stack) const;
   bool any_emission() const;
+  /// Whether a volume is hidden from some kind of rays.
+  bool hides_volumes() const { return any_hidden_; }
   bool fills_world() const { return world_ != kNone; }
   /// Collisions per metre of path_media.h, constant along a stretch: the extinction of uniform media and the mean
   /// extinction of media that vary. Media that do not scatter have none.
@@ -136,13 +141,15 @@ class Media {
     float most;                   // maximum extinction per metre; 0: no limit
     Color mean_extinction{0.0f};  // over the bounds, of media that vary; 0 if nothing scatters
     bool emits = false;
-    float least = 0.0f;  // minimum majorant
+    uint32_t visibility = ~0u;  // of the object
+    float least = 0.0f;         // minimum majorant
     FineMajorants fine;
     float scale = 1.0f;  // of all coefficients, for media that keep their optical depth when they are scaled
   };
 
   uint32_t medium_of(const Hit& hit) const;
   void add(const Medium& medium, ShadingPoint& inside, MediumPoint& point, MediaCounters& counters) const;
+  const MediaStack& seen_by(const MediaRay& along, MediaStack& scratch) const;
   void evaluate(const MediaStack& stack, ShadingPoint& inside, MediumPoint& point, MediaCounters& counters) const;
   struct Samples;
   Samples sample_cells(Medium& medium, Vec3 extent) const;
@@ -161,6 +168,7 @@ class Media {
   std::vector<uint32_t> first_of_instance_;  // index into media_; kNone: the instance has no medium
   std::vector<float> majorants_;
   uint32_t world_ = kNone;
+  bool any_hidden_ = false;                    // from some kinds of rays
   Vec3 lower_{kInfinity}, upper_{-kInfinity};  // bounds of all volumes except that of the world
 };
 

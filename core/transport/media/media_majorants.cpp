@@ -321,6 +321,13 @@ float Media::majorant(const Medium& medium, Vec3 position, Vec3 direction, float
   return fine[small];
 }
 
+size_t Media::memory_bytes() const {
+  size_t bytes = media_.capacity() * sizeof(Medium) + first_of_instance_.capacity() * sizeof(uint32_t) +
+                 majorants_.capacity() * sizeof(float);
+  for (const Medium& medium : media_) bytes += medium.fine.memory_bytes();
+  return bytes;
+}
+
 /// Of uniform media.
 void Media::find_emission() {
   MediaStack none;

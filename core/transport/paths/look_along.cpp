@@ -156,12 +156,16 @@ bool look_through_media(const Scene& scene, const PathMedia& media, const Look& 
   MediaStack stack = stack_towards(scene, media, *look.from, ray.direction);
   Pcg32 rng = numbers_of(*look.from, *look.to);
   float first_rate = 0.0f, last_rate = 0.0f;
+  const uint32_t attenuated_as = rules.to_light ? uint32_t(kRayShadow) : 0u;
+  // Walks collide in volumes that shadow rays do not see.
+  const bool sees_all = media.media().hides_volumes() && ray.blockers == kVisibleShadow;
+  const uint32_t seen_as = sees_all ? kRayShadow | kLightWalkKind : uint32_t(kRayShadow);
   for (int stretches = 0, crossed = 0, bounds = 0;; ++stretches) {
-    const Hit hit = scene.intersect(ray, kRayShadow);
+    const Hit hit = scene.intersect(ray, seen_as);
     ++rays;
     if (!hit.found() && ray.t_max == kInfinity) media.leave_all(stack);
-    const MediaStretch stretch = media.pass({stack, ray, hit.found() ? hit.t : ray.t_max, look.from->point, kRayShadow},
-                                            rng);
+    const MediaStretch stretch = media.pass(
+        {stack, ray, hit.found() ? hit.t : ray.t_max, look.from->point, kLightWalkKind, attenuated_as}, rng);
     edge.transmittance *= stretch.transmittance;
     edge.pass *= stretch.pass;
     last_rate = stretch.rate;
@@ -169,7 +173,8 @@ bool look_through_media(const Scene& scene, const PathMedia& media, const Look& 
     if (!(max_component(glm::abs(edge.transmittance)) > 0.0f)) return false;
     if (!hit.found()) break;
     const ShaderProgram& program = scene.material(hit);
-    const bool only_encloses = program.only_encloses();
+    const bool unseen = sees_all && !(scene.instances()[hit.instance].visibility & kVisibleShadow),
+               only_encloses = unseen || program.only_encloses();
     const uint32_t kind = only_encloses || crossed >= limit ? 0u : rules.passing(scene, hit, edge);
     if (only_encloses ? ++bounds > kMaxVolumeBounds : kind == 0) return false;
     crossed += !only_encloses;
@@ -210,7 +215,8 @@ bool look_along(const PathScene& where, const PathVertex& light_end, const PathV
     // As if there were nothing in between, but with the densities of collisions.
     const MediaStack stack = stack_towards(scene, *media, *look.from, look.ray.direction);
     Pcg32 rng = numbers_of(*look.from, *look.to);
-    const float rate = media->pass({stack, look.ray, look.ray.t_max, look.from->point, kRayShadow}, rng).rate;
+    const float rate = media->pass({stack, look.ray, look.ray.t_max, look.from->point, kLightWalkKind, kRayShadow}, rng)
+                           .rate;
     if (eye_end.kind == VertexKind::Medium) edge.stop_eye_end = rate;
     return true;
   }

@@ -30,6 +30,11 @@ void reset(PathVertex& vertex, VertexKind kind) {
   vertex.point = ShadingPoint();
 }
 
+/// MediaRay::attenuated_as.
+uint32_t attenuated_as(const Through& through) {
+  return through.by_kind >= RayKindSurfaces::FromLight ? uint32_t(kRayShadow) : 0u;
+}
+
 /// Multiplies the stretch into what the ray passed. The first stretch also gives the rate at the start.
 void add_stretch(const MediaStretch& stretch, Through& through) {
   through.transmittance *= stretch.transmittance;
@@ -50,7 +55,7 @@ bool walk_in_media(const PathMedia& media, const Ray& ray, const Hit& hit, Sampl
     if (here) vertex.kind = VertexKind::Surface;
     return here;
   }
-  const MediaRay along{stack, ray, t_end, vertex.point, vertex.point.ray_kind};
+  const MediaRay along{stack, ray, t_end, vertex.point, vertex.point.ray_kind, attenuated_as(through)};
   MediaStretch stretch;
   MediumPoint at;
   float t = 0.0f;
@@ -87,7 +92,7 @@ Through through_to(const PathMedia& media, const MediaStack& stack, const Ray& r
   Through through = passed;
   if (stack.empty()) return through;
   Pcg32 rng = media_numbers(sampler);
-  const MediaStretch stretch = media.pass({stack, ray, t, path, path.ray_kind}, rng);
+  const MediaStretch stretch = media.pass({stack, ray, t, path, path.ray_kind, attenuated_as(through)}, rng);
   add_stretch(stretch, through);
   return through;
 }

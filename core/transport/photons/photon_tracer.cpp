@@ -311,12 +311,12 @@ class BlockTracer {
   enum class InMedia : uint8_t { Passed, Scattered, End };
   /// The media up to the hit. `from_light`: nothing has scattered the photon before. If it scatters, `ray` is the new one.
   InMedia pass_media(Ray& ray, const Hit& hit, const ShadingPoint& point, bool from_light, Color& flux) {
-    if (!hit.found()) return InMedia::End;  // nothing stores it
-    if (stack_.empty()) return InMedia::Passed;
+    if (!hit.found() || stack_.empty()) return hit.found() ? InMedia::Passed : InMedia::End;  // nothing stores it
     MediaStretch stretch;
     MediumPoint at;
     float t;
-    const bool scatters = media_->sample({stack_, ray, hit.t, point, kRayDiffuse}, sampler_, stretch, t, at);
+    const MediaRay along{stack_, ray, hit.t, point, kRayDiffuse, from_light ? kRayShadow : 0u};
+    const bool scatters = media_->sample(along, sampler_, stretch, t, at);
     Color after = flux * stretch.transmittance / stretch.pass;
     Vec3 direction = ray.direction;
     if (scatters) {

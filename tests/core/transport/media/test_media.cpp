@@ -480,6 +480,55 @@ TEST(Media, overlapping_media_add_up) {
   expect_mean(measure(d, 256), Color(std::exp(-1.0f - 0.6f - 0.72f - 0.12f)), 1);
 }
 
+TEST(Media, the_atmosphere_of_a_planet_is_looked_up_where_it_is_dense) {
+  // The density falls off from a point by powers of ten within a cell of the grid of majorants.
+  constexpr double kDensity = 20.0, kRadius = 0.5, kHeight = 0.04, kPlace = 0.6;
+  SceneDescription d = through_a_cube();
+  GraphBuilder b;
+  const int place = b.node("ShaderNodeTexCoord");
+  const int length = b.node("ShaderNodeVectorMath", {linked_input("Vector", place, "Object")},
+                            {text_property("operation", "LENGTH")});
+  const int fall = b.node(
+      "ShaderNodeMath",
+      {value_input("Value", float(std::exp(-1.0 / kHeight))), linked_input("Value_001", length, "Value")},
+      {text_property("operation", "POWER")});
+  const int density = b.node(
+      "ShaderNodeMath",
+      {linked_input("Value", fall, "Value"), value_input("Value_001", float(kDensity * std::exp(kRadius / kHeight)))},
+      {text_property("operation", "MULTIPLY")});
+  b.graph.volume = {b.node("ShaderNodeVolumeAbsorption",
+                           {value_input("Color", Vec4(0.0f)), linked_input("Density", density, "Value")}),
+                    "Volume"};
+  add_cube(d, add_material(d, b));
+  set_camera(d, Vec3(kPlace, -5, 0), Vec3(kPlace, 0, 0), 6, 1e-4f);
+  double depth = 0.0;
+  constexpr int kSteps = 20000;
+  for (int i = 0; i < kSteps; ++i) {
+    const double y = 2.0 * (i + 0.5) / kSteps - 1.0;
+    depth += 2.0 / kSteps * kDensity * std::exp((kRadius - std::sqrt(kPlace * kPlace + y * y)) / kHeight);
+  }
+  const Measured measured = measure(d, 64);
+  expect_mean(measured, Color(float(std::exp(-depth))), 1);
+  EXPECT_LT(measured.extra.at("media_lookups"), 6.0 * 64 * 16 * 36);  // samples, seeds, pixels
+}
+
+TEST(Media, volumes_hidden_from_shadow_rays_do_not_dim_light) {
+  SceneDescription lit;
+  add_object(lit, plane(4.0f), add_diffuse(lit, Color(0.8f)));
+  lit.lights.push_back(point_light(Vec3(0, 0, 4), 500.0f));
+  set_camera(lit, Vec3(0, -0.5f, 0.4f), Vec3(0, 0, 0), 6, 1e-4f);
+  lit.settings.bounces = {0, 0, 0, 0, 8, 0};
+  const double bright = measure(lit, 4).channels[0].mean();
+  const float distance = std::sqrt(0.5f * 0.5f + 0.4f * 0.4f);
+  for (const Density density : {Density::Constant, Density::NearlyConstant})
+    for (const bool is_seen : {true, false}) {
+      SceneDescription d = lit;  // the camera, the floor and the lamp are inside
+      add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.6f, density), Vec3(0, 0, 2), Vec3(5));
+      d.objects.back().visibility &= ~(kVisibleShadow | (is_seen ? 0u : uint32_t(kVisibleCamera)));
+      expect_mean(measure(d, 64), Color(float(bright) * (is_seen ? std::exp(-0.6f * distance) : 1.0f)), 4, 1e-3);
+    }
+}
+
 TEST(Media, shadow_rays_are_attenuated_by_media) {
   SceneDescription lit;
   add_object(lit, plane(4.0f), add_diffuse(lit, Color(0.8f)));
