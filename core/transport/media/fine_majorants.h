@@ -6,7 +6,9 @@
 // not depend on the ray that enters first.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -17,9 +19,10 @@ namespace ajar {
 
 class FineMajorants {
  public:
-  static constexpr int kAlong = 8;                                    ///< small cells along each axis of a cell
-  static constexpr size_t kMaxDivided = 2048;                         ///< of all media together
-  using Cells = std::array<float, size_t(kAlong) * kAlong * kAlong>;  ///< per metre; x varies fastest
+  static constexpr int kAlong = 8;             ///< small cells along each axis of a cell
+  static constexpr size_t kMaxDivided = 2048;  ///< of all media together
+  /// Codes of the majorants, x varies fastest. A byte for each keeps the memory small.
+  using Cells = std::array<uint8_t, size_t(kAlong) * kAlong * kAlong>;
 
   FineMajorants() = default;
   /// `cells`: of the grid. `divided`: indices of those that are divided; at most kMaxDivided.
@@ -30,6 +33,10 @@ class FineMajorants {
     for (size_t i = 0; i < divided.size(); ++i) block_of_[divided[i]] = uint16_t(i + 1);
     count_ = divided.size();
   }
+  /// The code of a share of the majorant of the whole cell, in (0, 1]: eighths of octaves below 1, so that the share of the
+  /// code is at least this one and at most 9 % more, down to 2^-31.
+  static uint8_t code_of(float share) { return uint8_t(std::clamp(-8.0f * std::log2(share) - 1e-3f, 0.0f, 255.0f)); }
+  static float share_of(uint8_t code) { return std::exp2(-0.125f * float(code)); }
   bool divides(size_t cell) const { return count_ > 0 && block_of_[cell] != 0; }
   /// The majorants in a cell that is divided. `find(Cells&)` is called once for each cell.
   template <class Find>

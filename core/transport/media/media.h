@@ -1,9 +1,9 @@
 // Participating media along paths: the volumes in which a ray travels, the points where it scatters, and transmittance.
 //
 // A path stores a stack of the volumes in which it is. They are entered and left by the geometric normal of surfaces
-// whose material has a volume, as in Cycles. Overlapping volumes are added. A ray does not see volumes of objects that are
-// hidden from its kind; shadow rays too, wherever they start. The volume of the world is always there and has no end. A volume that was never left (a mesh with a hole) ends at the last surface that a ray meets, and is
-// counted.
+// whose material has a volume, as in Cycles. Overlapping volumes are added. A ray does not see volumes of objects that
+// are hidden from its kind; shadow rays too, wherever they start. The volume of the world is always there and has no
+// end. A volume that was never left (a mesh with a hole) ends at the last surface that a ray meets, and is counted.
 //
 // Homogeneous media: distances are sampled in closed form for one channel and weighted by the balance heuristic over
 // all three channels.
@@ -12,9 +12,10 @@
 // [Kutz, Habel, Li and Novák 2017, "Spectral and Decomposition Tracking"; Novák, Selle and Jarosz 2014]. The majorants
 // are constant in the cells of a grid over the volume's bounds, whose cells are small along axes of strong variation.
 // Cells in which a ray would have many null collisions are divided (fine_majorants.h). Majorants are found by sampling
-// the shader, because the extinction of a node graph cannot be bounded in general. Where the extinction exceeds its majorant, null collisions
-// have negative weights and the estimate stays unbiased [Galtier et al. 2013]; such points are counted. Extinction that
-// exceeds the optical depth kMaxOpticalDepthPerCell in a cell is reduced to it and counted.
+// the shader, because the extinction of a node graph cannot be bounded in general. Where the extinction exceeds its
+// majorant, null collisions have negative weights and the estimate stays unbiased [Galtier et al. 2013]; such points
+// are counted. Extinction that exceeds the optical depth kMaxOpticalDepthPerCell in a cell is reduced to it and
+// counted.
 #pragma once
 
 #include <array>

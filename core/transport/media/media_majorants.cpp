@@ -259,7 +259,7 @@ void Media::find_fine_majorants(const Medium& medium, size_t cell, Vec3 corner, 
   for (int i = 0; i < int(at_corners.size()); ++i)
     at_corners[size_t(i)] = largest_at(
         Vec3(float(i % kCorners), float(i / kCorners % kCorners), float(i / (kCorners * kCorners))));
-  FineMajorants::Cells largest;
+  std::array<float, std::tuple_size_v<FineMajorants::Cells>> largest;
   bool has_peaks = false;
   for (int i = 0; i < int(largest.size()); ++i) {
     const int x = i % kCells, y = i / kCells % kCells, z = i / (kCells * kCells);
@@ -279,7 +279,8 @@ void Media::find_fine_majorants(const Medium& medium, size_t cell, Vec3 corner, 
       for (int y = std::max(at[1] - reach, 0); y <= std::min(at[1] + reach, kCells - 1); ++y)
         for (int x = std::max(at[0] - reach, 0); x <= std::min(at[0] + reach, kCells - 1); ++x)
           most = std::max(most, largest[size_t((z * kCells + y) * kCells + x)]);
-    found[size_t(i)] = std::min(std::max(kMargin * most, medium.least), majorants_[medium.first_majorant + cell]);
+    found[size_t(i)] = FineMajorants::code_of(std::max(kMargin * most, medium.least) /
+                                              majorants_[medium.first_majorant + cell]);
   }
 }
 
@@ -318,7 +319,7 @@ float Media::majorant(const Medium& medium, Vec3 position, Vec3 direction, float
     const float border = corner[axis] + size * float(at + (d > 0.0f ? 1 : 0));
     reach = std::min(reach, std::max((border - position[axis]) / d, 1e-3f * size));
   }
-  return fine[small];
+  return FineMajorants::share_of(fine[small]) * majorants_[medium.first_majorant + index];
 }
 
 size_t Media::memory_bytes() const {
