@@ -510,6 +510,8 @@ TEST(Media, the_atmosphere_of_a_planet_is_looked_up_where_it_is_dense) {
   const Measured measured = measure(d, 64);
   expect_mean(measured, Color(float(std::exp(-depth))), 1);
   EXPECT_LT(measured.extra.at("media_lookups"), 6.0 * 64 * 16 * 36);  // samples, seeds, pixels
+  EXPECT_GT(measured.extra.at("media_bytes") / 16, 2e5) << "cells are divided";
+  EXPECT_LE(measured.extra.at("media_bytes") / 16, double(Media::max_bytes(1, 1)));
 }
 
 TEST(Media, volumes_hidden_from_shadow_rays_do_not_dim_light) {
