@@ -140,7 +140,7 @@ class Media {
     std::array<int, 3> cells;
     size_t first_majorant;
     float most;                   // maximum extinction per metre; 0: no limit
-    Color mean_extinction{0.0f};  // over the bounds, of media that vary; 0 if nothing scatters
+    Color mean_extinction{0.0f};  // where light is, of media that vary; 0 if nothing scatters
     bool emits = false;
     uint32_t visibility = ~0u;  // of the object
     float least = 0.0f;         // minimum majorant

@@ -514,12 +514,18 @@ TEST(Media, the_atmosphere_of_a_planet_is_looked_up_where_it_is_dense) {
   EXPECT_LE(measured.extra.at("media_bytes") / 16, double(Media::max_bytes(1, 1)));
 }
 
+/// Only direct light.
+SceneDescription floor_below_a_lamp() {
+  SceneDescription d;
+  add_object(d, plane(4.0f), add_diffuse(d, Color(0.8f)));
+  d.lights.push_back(point_light(Vec3(0, 0, 4), 500.0f));
+  set_camera(d, Vec3(0, -0.5f, 0.4f), Vec3(0, 0, 0), 6, 1e-4f);
+  d.settings.bounces = {0, 0, 0, 0, 8, 0};
+  return d;
+}
+
 TEST(Media, volumes_hidden_from_shadow_rays_do_not_dim_light) {
-  SceneDescription lit;
-  add_object(lit, plane(4.0f), add_diffuse(lit, Color(0.8f)));
-  lit.lights.push_back(point_light(Vec3(0, 0, 4), 500.0f));
-  set_camera(lit, Vec3(0, -0.5f, 0.4f), Vec3(0, 0, 0), 6, 1e-4f);
-  lit.settings.bounces = {0, 0, 0, 0, 8, 0};
+  const SceneDescription lit = floor_below_a_lamp();
   const double bright = measure(lit, 4).channels[0].mean();
   const float distance = std::sqrt(0.5f * 0.5f + 0.4f * 0.4f);
   for (const Density density : {Density::Constant, Density::NearlyConstant})
@@ -532,11 +538,7 @@ TEST(Media, volumes_hidden_from_shadow_rays_do_not_dim_light) {
 }
 
 TEST(Media, shadow_rays_are_attenuated_by_media) {
-  SceneDescription lit;
-  add_object(lit, plane(4.0f), add_diffuse(lit, Color(0.8f)));
-  lit.lights.push_back(point_light(Vec3(0, 0, 4), 500.0f));
-  set_camera(lit, Vec3(0, -0.5f, 0.4f), Vec3(0, 0, 0), 6, 1e-4f);
-  lit.settings.bounces = {0, 0, 0, 0, 8, 0};
+  const SceneDescription lit = floor_below_a_lamp();
   SceneDescription dimmed = lit;
   add_cube(dimmed, add_volume(dimmed, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.6f), Vec3(0, 0, 2),
            Vec3(2, 2, 0.5f));
