@@ -1,11 +1,11 @@
 // Media as walks and connections of whole paths need them: collisions with a density in closed form, transmittance apart.
 //
-// On each stretch of a ray in one stack of media, a walk collides with the density mean_c(r_c exp(-r_c t)) of the distance
-// t, where r_c is the collision rate of channel c. Where the media are homogeneous, r is the extinction, and the density
-// is that of the usual distance sampling [Veach 1997, section 9.2.4 for the mean over the channels]. A medium that varies
-// has the mean extinction where it is not opaque as rate; the transmittance is then an unbiased estimate (ratio tracking, media.h)
-// and not part of the density. So the density depends on the two ends of an edge alone, as multiple importance sampling and
-// Metropolis-Hastings ratios need. Media that only absorb have the rate 0.
+// On each stretch of a ray in one stack of media, a walk collides with the density mean_c(r_c exp(-r_c t)) of the
+// distance t, where r_c is the collision rate of channel c. Where the media are homogeneous, r is the extinction, and
+// the density is that of the usual distance sampling [Veach 1997, section 9.2.4 for the mean over the channels]. A
+// medium that varies has the mean extinction where it is not opaque as rate; the transmittance is then an unbiased
+// estimate (ratio tracking, media.h) and not part of the density. So the density depends on the two ends of an edge
+// alone, as multiple importance sampling and Metropolis-Hastings ratios need. Media that only absorb have the rate 0.
 //
 // Thread-safe. Functions count what media.h counts.
 #pragma once
