@@ -160,6 +160,8 @@ class Media {
   void find_fine_majorants(const Medium& medium, size_t cell, Vec3 corner, FineMajorants::Cells& found) const;
   void find_emission();
   float majorant(const Medium& medium, Vec3 position, Vec3 direction, float& reach) const;
+  float fine_majorant(const Medium& medium, const std::array<int, 3>& cell, Vec3 position, Vec3 direction,
+                      float& reach) const;
   bool reaches(const Medium& medium, Vec3 position) const;
   template <class Collide>
   void track(const MediaRay& along, Pcg32& rng, MediaCounters& counters, Collide&& collide) const;

@@ -284,28 +284,10 @@ void Media::find_fine_majorants(const Medium& medium, size_t cell, Vec3 corner, 
   }
 }
 
-float Media::majorant(const Medium& medium, Vec3 position, Vec3 direction, float& reach) const {
-  std::array<int, 3> cell;
-  bool inside = true;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int count = medium.cells[size_t(axis)];
-    const float d = direction[axis], place = (position[axis] - medium.lower[axis]) * medium.inverse_size[axis];
-    int border;  // the next border of a cell on the ray
-    if (!(place >= 0.0f && place < float(count))) {
-      inside = false;
-      if (place < 0.0f ? !(d > 0.0f) : !(d < 0.0f)) return 0.0f;  // the ray never enters the grid
-      border = place < 0.0f ? 0 : count;
-    } else {
-      cell[size_t(axis)] = std::min(int(place), count - 1);
-      border = cell[size_t(axis)] + (d > 0.0f ? 1 : 0);
-    }
-    if (d == 0.0f) continue;
-    reach = std::min(reach, std::max((medium.lower[axis] + medium.size[axis] * float(border) - position[axis]) / d,
-                                     1e-3f * medium.size[axis]));
-  }
-  if (!inside) return 0.0f;
+/// As `majorant`, in a cell that is divided.
+float Media::fine_majorant(const Medium& medium, const std::array<int, 3>& cell, Vec3 position, Vec3 direction,
+                           float& reach) const {
   const size_t index = size_t((cell[2] * medium.cells[1] + cell[1]) * medium.cells[0] + cell[0]);
-  if (!medium.fine.divides(index)) return majorants_[medium.first_majorant + index];
   const Vec3 corner = medium.lower + medium.size * Vec3(cell[0], cell[1], cell[2]);
   const FineMajorants::Cells& fine = medium.fine.in(
       index, [&](FineMajorants::Cells& found) { find_fine_majorants(medium, index, corner, found); });
@@ -320,28 +302,6 @@ float Media::majorant(const Medium& medium, Vec3 position, Vec3 direction, float
     reach = std::min(reach, std::max((border - position[axis]) / d, 1e-3f * size));
   }
   return FineMajorants::share_of(fine[small]) * majorants_[medium.first_majorant + index];
-}
-
-size_t Media::memory_bytes() const {
-  size_t bytes = media_.capacity() * sizeof(Medium) + first_of_instance_.capacity() * sizeof(uint32_t) +
-                 majorants_.capacity() * sizeof(float);
-  for (const Medium& medium : media_) bytes += medium.fine.memory_bytes();
-  return bytes;
-}
-
-/// Of uniform media.
-void Media::find_emission() {
-  MediaStack none;
-  Ray ray;
-  ShadingPoint path;
-  MediaCounters ignored;
-  for (Medium& medium : media_) {
-    if (medium.varies) continue;
-    ShadingPoint inside = inside_of({none, ray, 0.0f, path, kRayCamera});
-    MediumPoint point;
-    add(medium, inside, point, ignored);
-    medium.emits = !is_black(point.emission);
-  }
 }
 
 }  // namespace ajar
