@@ -143,10 +143,10 @@ class Planner {
     look_below_surfaces();
     const bool by_kind = scene_.depends_on_ray_kind();
     add("surfaces by the kind of the ray", by_kind,
-        by_kind
-            ? "a visible material follows the Light Path node or has no transparent shadows: paths from the eye find "
-              "the light past it that other paths do not know"
-            : "no visible material scatters light, or lets it pass, by the kind of the ray");
+        by_kind ? "a visible material follows the Light Path node or has no transparent shadows, or shadow rays and "
+                  "diffuse "
+                  "rays see different objects: paths from the eye find the light past them that other paths do not know"
+                : "no visible surface scatters light, or lets it pass, by the kind of the ray");
   }
 
   /// Chains and populations render only paths without walks below surfaces; they splat and take further samples.
@@ -210,7 +210,7 @@ class Planner {
       plan_.warnings.emplace_back(std::string(integrator_.label) + " does not follow Max Bounces of " +
                                   listed(scene_.limited_lights()) + ". Path Tracing does.");
     if (walks_from_lights() && !scene_.partly_hidden_objects().empty())
-      plan_.warnings.emplace_back("Only some kinds of rays see " + listed(scene_.partly_hidden_objects()) +
+      plan_.warnings.emplace_back("Only some kinds of bounces see " + listed(scene_.partly_hidden_objects()) +
                                   ". Walks from lights see what diffuse rays see: light that these objects block can "
                                   "differ. Path Tracing follows each kind of ray.");
     if (settings_.direct == DirectMethod::Mis) return;

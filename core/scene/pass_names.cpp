@@ -7,7 +7,7 @@
 namespace ajar {
 
 namespace {
-constexpr uint32_t kBeyondCamera = kVisibleDiffuse | kVisibleGlossy | kVisibleTransmission | kVisibleShadow;
+constexpr uint32_t kBounces = kVisibleDiffuse | kVisibleGlossy | kVisibleTransmission;
 constexpr size_t kMostNamed = 5;
 }  // namespace
 
@@ -29,9 +29,9 @@ void gather_names(const SceneDescription& description, const std::vector<ObjectD
   for (const ObjectDescription& object : objects) {
     names.object_groups.push_back(group(object.light_group));
     names.object_mattes.push_back(matte_id(object.name));
-    const uint32_t seen_by = object.visibility & kBeyondCamera;
+    const uint32_t seen_by = object.visibility & kBounces;
     if (const size_t named = names.partly_hidden_objects.size();
-        seen_by != 0 && seen_by != kBeyondCamera && named <= kMostNamed)
+        seen_by != 0 && seen_by != kBounces && named <= kMostNamed)
       names.partly_hidden_objects.push_back(named < kMostNamed ? "'" + object.name + "'" : "...");
     names.asset_mattes.push_back(object.asset.empty() ? names.object_mattes.back() : matte_id(object.asset));
   }

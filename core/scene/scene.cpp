@@ -43,19 +43,19 @@ bool Scene::has_lamp_shapes() const { return accel_->has_lamps(); }
 
 Color Scene::transmittance(const Ray& shadow_ray, int max_transparent, bool* by_ray_kind) const {
   if (by_ray_kind) *by_ray_kind = false;
-  if (!any_transparent_) return accel_->occluded(shadow_ray) ? Color(0.0f) : Color(1.0f);
+  const uint32_t kind = by_ray_kind ? shadow_kind(shadow_ray) : uint32_t(kRayShadow);
+  if (!any_transparent_ && kind == kRayShadow) return accel_->occluded(shadow_ray) ? Color(0.0f) : Color(1.0f);
   Color through(1.0f);
   Ray ray = shadow_ray;
   ShadingPoint point;
   for (int crossed = 0;; ++crossed) {
-    const Hit hit = intersect(ray, kRayShadow);
+    const Hit hit = intersect(ray, kind);
     if (!hit.found()) return through;
-    const ShaderProgram& program = material(hit);
     if (!shadow_rays_pass(hit) || crossed >= max_transparent) return Color(0.0f);
     if (by_ray_kind) *by_ray_kind |= depends_on_ray_kind(hit);
     shading_point(ray, hit, point);
     point.ray_kind = kRayShadow;
-    through *= program.evaluate_transparency(point);
+    through *= transparency(hit, point);
     if (!(max_component(through) > 0.0f)) return Color(0.0f);
     ray = straight_on_to_end(point, ray);
     if (!(ray.t_max > 0.0f)) return through;

@@ -133,15 +133,33 @@ class Scene {
   /// Whether a visible surface depends on the kind of the ray, and whether this one does (ray_kind_surfaces.h).
   bool depends_on_ray_kind() const { return any_ray_kind_; }
   bool depends_on_ray_kind(const Hit& hit) const {
-    return any_ray_kind_ && ray_kinds_[size_t(material_index(hit))] != RayKinds::None;
+    return any_ray_kind_ && (ray_kinds_[size_t(material_index(hit))] != RayKinds::None || shadows_differ_at(hit));
   }
   /// Whether it depends on more than whether the ray is a shadow ray: only walks from the eye can go by way of it.
   bool is_eye_only(const Hit& hit) const {
-    return any_ray_kind_ && ray_kinds_[size_t(material_index(hit))] == RayKinds::All;
+    return any_ray_kind_ && (ray_kinds_[size_t(material_index(hit))] == RayKinds::All ||
+                             (shadows_differ_at(hit) && !hidden_from_shadow_rays(hit)));
   }
-  /// Whether shadow rays pass the transparent parts of the surface.
+  /// Whether shadow rays see some surface that diffuse rays do not see, or the reverse.
+  bool shadow_rays_differ() const { return shadow_rays_differ_; }
+  /// The kind of a ray that sees all that the shadow ray sees. Where shadow rays differ, it also sees what diffuse rays
+  /// see.
+  uint32_t shadow_kind(const Ray& shadow_ray) const {
+    const bool all = shadow_rays_differ_ && shadow_ray.blockers == kVisibleShadow;
+    return all ? uint32_t(kRayShadow | kRayDiffuse) : uint32_t(kRayShadow);
+  }
+  bool hidden_from_shadow_rays(const Hit& hit) const {
+    return shadow_rays_differ_ && !(instances_[hit.instance].visibility & kVisibleShadow);
+  }
+  /// Whether shadow rays pass the surface, or its transparent parts.
   bool shadow_rays_pass(const Hit& hit) const {
-    return material(hit).may_be_transparent() && !opaque_shadows_[size_t(material_index(hit))];
+    return hidden_from_shadow_rays(hit) ||
+           (material(hit).may_be_transparent() && !opaque_shadows_[size_t(material_index(hit))]);
+  }
+  /// The transparency of a surface that shadow rays pass, for a ray of the kind of `point`.
+  Color transparency(const Hit& hit, const ShadingPoint& point) const {
+    return point.ray_kind == kRayShadow && hidden_from_shadow_rays(hit) ? Color(1.0f)
+                                                                        : material(hit).evaluate_transparency(point);
   }
   /// Whether light can go below some surface.
   bool has_subsurface() const;
@@ -158,7 +176,7 @@ class Scene {
   const std::vector<std::string>& light_groups() const { return light_groups_; }
   /// Names of the lamps whose number of bounces is less than the scene's, and of the world.
   const std::vector<std::string>& limited_lights() const { return limited_lights_; }
-  /// Names of objects that some kinds of rays beyond the camera see and others do not, for a message: the first few.
+  /// Names of objects that some kinds of bounces see and others do not, for a message: the first few.
   const std::vector<std::string>& partly_hidden_objects() const { return partly_hidden_objects_; }
   int light_group(uint32_t light) const;
   int light_group_of(const ObjectDescription& object) const;
@@ -216,6 +234,12 @@ class Scene {
   const std::vector<int>& material_pass_indices() const { return material_pass_indices_; }
 
  private:
+  bool shadows_differ_at(const Hit& hit) const {
+    return shadow_rays_differ_ && shadow_rays_differ_for(instances_[hit.instance].visibility);
+  }
+  static bool shadow_rays_differ_for(uint32_t visibility) {
+    return !(visibility & kVisibleShadow) != !(visibility & kVisibleDiffuse);
+  }
   /// The data from which a program is compiled for another camera.
   void count_textures();
   struct CameraShader {
@@ -271,7 +295,8 @@ class Scene {
   std::vector<Mat4> frames_;  // of instances that have moved since the last frame, or will until the next one
   std::unique_ptr<Accel> accel_;
   BuildStatistics statistics_;
-  bool any_transparent_ = false, any_portal_ = false, any_ray_kind_ = false, has_media_ = false;
+  bool any_transparent_ = false, any_portal_ = false, has_media_ = false;
+  bool any_ray_kind_ = false, shadow_rays_differ_ = false;
   Vec3 center_{0.0f};
   float radius_ = 1.0f;
 };

@@ -387,8 +387,14 @@ void Scene::Builder::compile_shaders() {
   for (size_t i = 0; i < d_.materials.size(); ++i)
     s_.ray_kinds_.push_back(shown_by_[i] >= 0 ? ray_kinds_of(d_.materials[i]) : RayKinds::None);
   s_.ray_kinds_.push_back(RayKinds::None);
-  s_.any_ray_kind_ = std::any_of(s_.ray_kinds_.begin(), s_.ray_kinds_.end(),
-                                 [](RayKinds kinds) { return kinds != RayKinds::None; });
+  for (const BuiltInstance& instance : s_.instances_) {
+    const std::span<const uint32_t> materials = s_.materials_of(instance);
+    s_.shadow_rays_differ_ |= shadow_rays_differ_for(instance.visibility) &&
+                              !std::all_of(materials.begin(), materials.end(),
+                                           [&](uint32_t m) { return s_.programs_[m].only_encloses(); });
+  }
+  s_.any_ray_kind_ = s_.shadow_rays_differ_ || std::any_of(s_.ray_kinds_.begin(), s_.ray_kinds_.end(),
+                                                           [](RayKinds kinds) { return kinds != RayKinds::None; });
   s_.statistics_.transparent_shadows = s_.any_transparent_;
   for (size_t i = 0; i < d_.lights.size(); ++i) {
     s_.lamp_programs_.emplace_back();

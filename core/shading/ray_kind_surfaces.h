@@ -1,6 +1,8 @@
 // Surfaces that depend on the kind of the ray: they scatter light, or let it pass, in another way for rays of another kind
 // or after other bounces. Their materials follow a Light Path node (window panes that are transparent for shadow rays,
-// lamps that the camera does not see), or have no transparent shadows.
+// lamps that the camera does not see), or have no transparent shadows. Objects that shadow rays see and diffuse rays do
+// not, or the reverse, have such surfaces too (Scene::shadow_rays_differ): those that are hidden from shadow rays are as
+// RayKinds::Shadow, with a transparency of 1, and those that are hidden from diffuse rays are as RayKinds::All.
 //
 // Path tracing from the eye knows the kind of each ray, so it defines the image. A walk from a light does not know what
 // kind of ray the path from the eye would have at a surface.
@@ -22,7 +24,7 @@ namespace ajar {
 
 /// The kinds of rays that differ from others at a surface.
 enum class RayKinds : uint8_t { None, Shadow, All };
-/// Those at the surface of this material. Emission alone may depend on the kind of the ray.
+/// Those at the surface of this material, whatever rays see the object. Emission alone may depend on the kind of the ray.
 RayKinds ray_kinds_of(const MaterialDescription& material);
 
 }  // namespace ajar

@@ -172,6 +172,21 @@ inline std::vector<TransportScene> feature_scenes() {
     d.objects.back().visibility = kVisibleAll & ~(kVisibleDiffuse | kVisibleShadow);
     d.lights.push_back(lamp);
   });
+  // Shadow rays pass the card, and the wall behind it is lit. The card is lit too, and lights the wall.
+  add("card_without_shadow", [&](SceneDescription& d) {
+    add_object(d, plane(0.35f), add_diffuse(d, Color(0.9f, 0.3f, 0.2f)), moved(Vec3(0.1f, 0.1f, 0.2f)));
+    d.objects.back().visibility = kVisibleAll & ~kVisibleShadow;
+    d.lights.push_back(lamp);
+    d.lights.push_back(point_light(Vec3(-0.3f, 0.2f, 0.6f), 2.0f));
+  });
+  // Mirrors and shadow rays see it, diffuse rays do not.
+  add("shadow_of_the_unseen", [&](SceneDescription& d) {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    d.objects.back().visibility = kVisibleAll & ~kVisibleDiffuse;
+    add_object(d, cube(), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.0f), moved(Vec3(-0.5f, 0.4f, -0.7f), 0.25f));
+    d.lights.push_back(lamp);
+    d.lights.push_back(point_light(Vec3(-0.3f, 0.2f, 0.6f), 2.0f));
+  });
   add("hidden_from_glossy", [&](SceneDescription& d) {
     add_object(d, sphere(), add_glossy(d, 0.3f), ball);
     add_object(d, cube(), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.4f), moved(Vec3(-0.5f, 0.4f, -0.7f), 0.25f));

@@ -22,6 +22,13 @@ inline bool is_plain_lambert(const Bsdf& bsdf) {
          bsdf.lobe(0).frame.n == bsdf.n;
 }
 
+/// Whether all lobes are diffuse.
+inline bool scatters_diffusely(const Bsdf& bsdf) {
+  for (int i = 0; i < bsdf.lobe_count(); ++i)
+    if (!is_diffuse(bsdf.lobe(i).kind)) return false;
+  return true;
+}
+
 inline bool has_rough_lobe(const Bsdf& bsdf) {
   for (int i = 0; i < bsdf.lobe_count(); ++i)
     if (is_rough(bsdf.lobe(i))) return true;

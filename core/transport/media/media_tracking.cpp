@@ -312,7 +312,7 @@ Color Media::transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoin
   ShadingPoint point;
   const int most = scene_.settings().bounces.transparent;
   for (int crossed = 0, bounds = 0;;) {
-    const Hit hit = scene_.intersect(ray, kRayShadow);
+    const Hit hit = scene_.intersect(ray, by_ray_kind ? scene_.shadow_kind(ray) : uint32_t(kRayShadow));
     if (!hit.found() && ray.t_max == kInfinity) leave_all(stack, counters);
     if (hit.found()) {
       const ShaderProgram& program = scene_.material(hit);

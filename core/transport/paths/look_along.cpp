@@ -104,6 +104,12 @@ struct EdgeRules {
   RayKindSurfaces by_kind;
   bool to_light;  ///< one end is the light
 
+  /// The kind of the ray. Edges between vertices that both scatter are rays of walks, which see what diffuse rays see.
+  /// `differ`: shadow rays see other objects than they do.
+  uint32_t seen_as(const Ray& ray, bool differ) const {
+    if (!differ || ray.blockers != kVisibleShadow) return kRayShadow;
+    return to_light ? kRayShadow | kLightWalkKind : kLightWalkKind;
+  }
   /// The kind of the ray that passes the surface at `hit`; 0: the edge is blocked. Notes in the edge what it passes.
   uint32_t passing(const Scene& scene, const Hit& hit, PathEdge& edge) const {
     const uint32_t shadow = scene.shadow_rays_pass(hit) ? uint32_t(kRayShadow) : 0u;
@@ -119,12 +125,13 @@ struct EdgeRules {
 /// The edge in a scene without media.
 bool look_between_surfaces(const Scene& scene, Ray ray, EdgeRules rules, PathEdge& edge, uint64_t& rays) {
   const int limit = scene.settings().bounces.transparent;
-  if (!scene.statistics().transparent_shadows) {
+  const uint32_t seen_as = rules.seen_as(ray, scene.shadow_rays_differ());
+  if (!scene.statistics().transparent_shadows && seen_as == kRayShadow) {
     ++rays;
     return !is_black(scene.transmittance(ray, limit));
   }
   for (int crossed = 0;; ++crossed) {
-    const Hit hit = scene.intersect(ray, kRayShadow);
+    const Hit hit = scene.intersect(ray, seen_as);
     ++rays;
     if (!hit.found()) return true;
     const uint32_t kind = crossed < limit ? rules.passing(scene, hit, edge) : 0u;
@@ -132,7 +139,7 @@ bool look_between_surfaces(const Scene& scene, Ray ray, EdgeRules rules, PathEdg
     ShadingPoint point;
     scene.shading_point(ray, hit, point);
     point.ray_kind = kind;
-    const Color transparency = scene.material(hit).evaluate_transparency(point);
+    const Color transparency = scene.transparency(hit, point);
     edge.transmittance *= transparency;
     edge.pass *= pass_probability(scene.material(hit), transparency);
     if (!(max_component(edge.transmittance) > 0.0f)) return false;
@@ -157,9 +164,7 @@ bool look_through_media(const Scene& scene, const PathMedia& media, const Look& 
   Pcg32 rng = numbers_of(*look.from, *look.to);
   float first_rate = 0.0f, last_rate = 0.0f;
   const uint32_t attenuated_as = rules.to_light ? uint32_t(kRayShadow) : 0u;
-  // Walks collide in volumes that shadow rays do not see.
-  const bool sees_all = media.media().hides_volumes() && ray.blockers == kVisibleShadow;
-  const uint32_t seen_as = sees_all ? kRayShadow | kLightWalkKind : uint32_t(kRayShadow);
+  const uint32_t seen_as = rules.seen_as(ray, scene.shadow_rays_differ() || media.media().hides_volumes());
   for (int stretches = 0, crossed = 0, bounds = 0;; ++stretches) {
     const Hit hit = scene.intersect(ray, seen_as);
     ++rays;
@@ -173,8 +178,7 @@ bool look_through_media(const Scene& scene, const PathMedia& media, const Look& 
     if (!(max_component(glm::abs(edge.transmittance)) > 0.0f)) return false;
     if (!hit.found()) break;
     const ShaderProgram& program = scene.material(hit);
-    const bool unseen = sees_all && !(scene.instances()[hit.instance].visibility & kVisibleShadow),
-               only_encloses = unseen || program.only_encloses();
+    const bool only_encloses = program.only_encloses();
     const uint32_t kind = only_encloses || crossed >= limit ? 0u : rules.passing(scene, hit, edge);
     if (only_encloses ? ++bounds > kMaxVolumeBounds : kind == 0) return false;
     crossed += !only_encloses;
@@ -182,7 +186,7 @@ bool look_through_media(const Scene& scene, const PathMedia& media, const Look& 
     scene.shading_point(ray, hit, point);
     point.ray_kind = kind;
     if (!only_encloses) {
-      const Color transparency = program.evaluate_transparency(point);
+      const Color transparency = scene.transparency(hit, point);
       const float pass = pass_probability(program, transparency);
       edge.transmittance *= transparency;
       edge.pass *= pass;

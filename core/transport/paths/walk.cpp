@@ -103,7 +103,7 @@ bool passes_as_shadow(const Scene& scene, const Hit& hit, const ShadingPoint& po
   ShadingPoint of_shadow = point;
   of_shadow.ray_kind = kRayShadow;
   const ShaderProgram& program = scene.material(hit);
-  const Color transparency = program.evaluate_transparency(of_shadow);
+  const Color transparency = scene.transparency(hit, of_shadow);
   const float pass = pass_probability(program, transparency), chance = scene.is_eye_only(hit) ? 1.0f : 0.5f;
   if (!(pass > 0.0f)) return false;
   if (sampler.get_1d() >= chance * pass) {

@@ -62,8 +62,9 @@ bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& 
   const auto& [scene, media] = where;
   through = {through.collisions, through.by_kind};
   vertex.point.marks_subsurface = true;
+  const bool as_shadow_too = scene.shadow_rays_differ() && through.by_kind >= RayKindSurfaces::FromLight;
   for (;;) {
-    const Hit hit = scene.intersect(ray, vertex.point.ray_kind);
+    const Hit hit = scene.intersect(ray, vertex.point.ray_kind | (as_shadow_too ? uint32_t(kRayShadow) : 0u));
     ++rays;
     if (media && !hit.found()) [[unlikely]]
       media->leave_all(vertex.media.stack);

@@ -37,17 +37,22 @@ class PackedBounces {
   }
   constexpr uint32_t bits() const { return bits_; }
 
+  /// The same counts with a mark, which comparisons ignore in the counts that are left.
+  constexpr PackedBounces marked() const { return from_bits(bits_ | kMark); }
+  constexpr bool is_marked() const { return bits_ & kMark; }
+
   /// Whether each of these counts is at most the one that is left.
   constexpr bool within(PackedBounces left) const { return differences(left.bits_, bits_) == kAbove; }
   /// The smaller one of each count.
   friend constexpr PackedBounces min(PackedBounces a, PackedBounces b) {
-    const uint32_t b_is_smaller = differences(a.bits_, b.bits_), mask = b_is_smaller - (b_is_smaller >> kFieldBits);
+    const uint32_t b_is_smaller = differences(a.bits_, b.bits_ & kFields),
+                   mask = b_is_smaller - (b_is_smaller >> kFieldBits);
     return from_bits((b.bits_ & mask) | (a.bits_ & ~mask & kFields));
   }
 
  private:
   static constexpr int kFieldBits = 5;
-  static constexpr uint32_t kAbove = 0x20820820U, kFields = 0x1f7df7dfU;
+  static constexpr uint32_t kAbove = 0x20820820U, kFields = 0x1f7df7dfU, kMark = 0x20U;
   static constexpr uint32_t field(int count, int number) {
     return uint32_t(std::clamp(count, 0, kAny)) << ((kFieldBits + 1) * number);
   }
@@ -61,6 +66,7 @@ class PackedBounces {
 struct PhotonBounces {
   BounceCounts counts;  ///< without the kind of the scattering next to the light
   bool only_sharp = true, diffuse_at_first = false;
+  bool past_ray_kinds = false;  ///< the light has passed surfaces as only shadow rays do
 
   void add(const BsdfSample& sample) {
     const bool is_diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
@@ -89,8 +95,10 @@ struct PhotonBounces {
   }
   PackedBounces left(const BounceLimits& limits) const {
     if (counts.total == 0) return {};  // the eye's side is within the limits, and no other scattering counts
-    return PackedBounces({limits.total - counts.total, limits.diffuse - counts.diffuse, limits.glossy - counts.glossy,
-                          limits.transmission - counts.transmission, limits.volume - counts.volume});
+    const PackedBounces left({limits.total - counts.total, limits.diffuse - counts.diffuse,
+                              limits.glossy - counts.glossy, limits.transmission - counts.transmission,
+                              limits.volume - counts.volume});
+    return past_ray_kinds ? left.marked() : left;
   }
 
  private:

@@ -24,13 +24,6 @@ constexpr uint32_t kMediaDimension = 4096, kMediaDimensions = 8;    // for each 
 constexpr uint32_t kChanceDimension = 16384;                        // plus the vertex
 constexpr uint32_t kSideDimension = 20480;                          // plus the vertex
 
-/// Whether all lobes are diffuse.
-bool scatters_diffusely(const Bsdf& bsdf) {
-  for (int i = 0; i < bsdf.lobe_count(); ++i)
-    if (!is_diffuse(bsdf.lobe(i).kind)) return false;
-  return true;
-}
-
 /// Rounding can place the start of a ray from a triangle below the triangle.
 Ray leave_light(const LightSet& lights, uint32_t index, const LightRay& start) {
   Ray ray = start.ray;
@@ -138,7 +131,7 @@ class BlockTracer {
     const BounceLimits& limits = scene_.settings().bounces;
     PhotonBounces bounces;
     ShadingPoint point;
-    uint32_t kind = kRayShadow;
+    uint32_t kind = scene_.shadow_kind(ray);
     crossed_ = 0;
     beyond_other_ = false;
     for (uint32_t vertex = 0;; ++vertex) {
@@ -164,8 +157,7 @@ class BlockTracer {
         continue;
       }
       const bool first = bounces.counts.total == 0;
-      const bool blocks = !first ||
-                          (flags_.cast_shadow && (scene_.instances()[hit.instance].visibility & flags_.blockers));
+      const bool blocks = !first || blocks_light(hit);
       const AtSurface outcome = pass_unscattered(hit, vertex, point, {first, blocks}, ray, flux);
       if (outcome == AtSurface::End) return;
       if (outcome == AtSurface::Passed) continue;
@@ -202,6 +194,7 @@ class BlockTracer {
         if (sample->specular) return;  // shadow rays end at other lobes only
         flux *= weight_past_kinds(scene_.material(hit), point, sample->wi);
         past_ray_kinds_ = false;
+        bounces.past_ray_kinds = true;
       }
       if (first) sharp_first_ = !was_rough_;
       soft_lamp_.reset();
@@ -212,6 +205,13 @@ class BlockTracer {
       kind = ray_kind_after(*sample);
       ray = leave(point, hit, side, sample->wi);
     }
+  }
+
+  /// Whether the surface blocks the light of the photon. Those that are hidden from shadow rays count as transparent.
+  bool blocks_light(const Hit& hit) const {
+    if (!flags_.cast_shadow) return false;
+    return (scene_.instances()[hit.instance].visibility & flags_.blockers) ||
+           (flags_.blockers == kVisibleShadow && scene_.hidden_from_shadow_rays(hit));
   }
 
   /// Of a ray at a surface: nothing has scattered the photon before; the surface blocks its light.

@@ -78,7 +78,7 @@ TEST(RenderPlan, reports_when_there_are_too_few_samples_to_learn_the_choice_of_l
   EXPECT_TRUE(uses(rendered(d), "direct light method"));
 }
 
-TEST(RenderPlan, techniques_with_walks_from_lights_name_objects_that_only_some_rays_see) {
+TEST(RenderPlan, techniques_with_walks_from_lights_name_objects_that_only_some_bounces_see) {
   for (const IntegratorInfo& integrator : integrator_list()) {
     if (integrator.automatic) continue;
     SceneDescription d = default_cube();
@@ -86,13 +86,13 @@ TEST(RenderPlan, techniques_with_walks_from_lights_name_objects_that_only_some_r
     d.settings.samples = 1;
     d.settings.photons = 100;
     d.objects[0].name = "Pane";
-    d.objects[0].visibility = kVisibleAll & ~kVisibleShadow;
+    d.objects[0].visibility = kVisibleAll & ~kVisibleGlossy;
     Session session;
     session.start(std::move(d));
     ASSERT_TRUE(session.wait(kHang)) << integrator.name;
     int said = 0;
     for (const Diagnostic& diagnostic : session.diagnostics())
-      said += diagnostic.message.find("Only some kinds of rays see 'Pane'.") != std::string::npos;
+      said += diagnostic.message.find("Only some kinds of bounces see 'Pane'.") != std::string::npos;
     EXPECT_EQ(said, integrator.follows_hints ? 1 : 0) << integrator.name;
   }
 }
