@@ -202,7 +202,7 @@ class Mps final : public Integrator {
       if (entries[0][i]->lambert) sites.push_back({entries[0][i]->photon.point, entries[0][i]->shading_normal});
     const auto weigh = [&](ArrivalMap::Place place, PhotonMap& map, float radius) {
       map.weigh([&](const PhotonMap::Weighable& photon) {
-        if (photon.past_ray_kinds()) return 1.0;  // chains do not know these paths
+        if (photon.is_plain_alone()) return 1.0;
         const ArrivalMap::Factors factors = arrivals_.factors(place, photon, radius, per_lookup, plain_density);
         return photon.has(Photon::kOfChain) ? factors.of_chain : factors.plain;
       });

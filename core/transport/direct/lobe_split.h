@@ -29,6 +29,21 @@ inline bool scatters_diffusely(const Bsdf& bsdf) {
   return true;
 }
 
+/// Whether there is a diffuse lobe on each side to which rough lobes scatter. Then light from one direction is scattered to
+/// all directions with values that do not differ by powers of ten.
+inline bool scatters_evenly(const Bsdf& bsdf) {
+  bool scatters[2] = {false, false}, evenly[2] = {false, false};  // reflection, transmission
+  for (int i = 0; i < bsdf.lobe_count(); ++i) {
+    const Lobe& lobe = bsdf.lobe(i);
+    if (!is_rough(lobe)) continue;
+    scatters[0] |= reflects(lobe.kind);
+    scatters[1] |= transmits(lobe.kind);
+    evenly[0] |= lobe.kind == LobeKind::Diffuse || lobe.kind == LobeKind::PrincipledDiffuse;
+    evenly[1] |= lobe.kind == LobeKind::Translucent;
+  }
+  return evenly[0] == scatters[0] && evenly[1] == scatters[1];
+}
+
 inline bool has_rough_lobe(const Bsdf& bsdf) {
   for (int i = 0; i < bsdf.lobe_count(); ++i)
     if (is_rough(bsdf.lobe(i))) return true;

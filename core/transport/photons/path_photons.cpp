@@ -141,7 +141,7 @@ int photons_of(const PathSpace& space, const Path& path, float shortest, PathPho
     if (!vertex.specular && has_rough_lobe(vertex.shading.bsdf)) {
       if (i > 1) leave(ArrivalMap::kSeen, arriving_sharp[size_t(i)], seen);
       // Lookups would not separate the kinds of lobes: they sample such a light themselves.
-      if (i > 1 || !path.light.partial)
+      if ((i > 1 || !path.light.partial) && scatters_evenly(vertex.shading.bsdf))
         leave(ArrivalMap::kGathered, arriving[size_t(i)], gathered.at(vertex.position(), shortest));
     }
     gathered *= e.sharp;

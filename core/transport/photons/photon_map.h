@@ -129,8 +129,8 @@ class PhotonMap {
    public:
     const SurfacePoint& point() const { return map_.tree_[photon_]; }
     bool has(uint32_t flag) const { return map_.lights_[photon_].packed_direction & flag; }
-    /// PhotonBounces::past_ray_kinds.
-    bool past_ray_kinds() const { return map_.lights_[photon_].over_cosine.left().is_marked(); }
+    /// Whether photons of chains do not bring this light: PhotonBounces::past_ray_kinds, or not scatters_evenly.
+    bool is_plain_alone() const { return map_.lights_[photon_].over_cosine.left().is_marked(); }
     /// For a lookup at `position`, at this squared distance, with the squared radius `radius2`. 0 if the lookup does not
     /// find the photon's light, else 1 or more (`inverse_share_of`).
     float in_lookup(Vec3 position, float distance2, float radius2) const {

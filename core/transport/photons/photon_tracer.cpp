@@ -18,11 +18,10 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kBlock = 512;                                    // photon paths in a task
-constexpr uint32_t kEmissionDimensions = 5, kBounceDimensions = 5;  // of a bounce: event, lobe, direction, roulette
-constexpr uint32_t kMediaDimension = 4096, kMediaDimensions = 8;    // for each ray
-constexpr uint32_t kChanceDimension = 16384;                        // plus the vertex
-constexpr uint32_t kSideDimension = 20480;                          // plus the vertex
+constexpr uint32_t kBlock = 512;                                      // photon paths in a task
+constexpr uint32_t kEmissionDimensions = 5, kBounceDimensions = 5;    // of a bounce: event, lobe, direction, roulette
+constexpr uint32_t kMediaDimension = 4096, kMediaDimensions = 8;      // for each ray
+constexpr uint32_t kChanceDimension = 16384, kSideDimension = 20480;  // plus the vertex
 
 /// Rounding can place the start of a ray from a triangle below the triangle.
 Ray leave_light(const LightSet& lights, uint32_t index, const LightRay& start) {
@@ -364,6 +363,7 @@ class BlockTracer {
     if (caustic) out.caustic.push_back(photon);
     if (global) {
       out.global.push_back(photon);
+      if (!scatters_evenly(rough)) out.global.back().left = photon.left.marked();
       if (emission_.site_stride > 0 && out.global.size() % emission_.site_stride == 0 && is_plain_lambert(rough))
         out.sites.push_back({photon.point, rough.n});
     }
