@@ -635,6 +635,11 @@ void bind_light_world_camera(py::module_& module) {
           "even_spot", &LightDescription::even_spot,
           "bool. Whether the light of a spot lamp is as strong everywhere in its cone, which has the scale of "
           "the lamp, as since Blender 4.0. Otherwise it falls with the cosine to the axis.")
+      .def_readwrite(
+          "own_coordinates", &LightDescription::own_coordinates,
+          "bool. Whether Object and Generated coordinates in its nodes are in the space of the lamp, not of the world.")
+      .def_readwrite("has_uv", &LightDescription::has_uv,
+                     "bool. Whether its nodes have UV coordinates; otherwise they are 0.")
       .def_readwrite("even_sun", &LightDescription::even_sun,
                      "bool. Whether a sun has the same radiance in its whole cone, and its energy is the irradiance of "
                      "a surface that faces it, as since Blender 4.0. Otherwise its radiance grows with 1 / cos^3 from "

@@ -174,6 +174,17 @@ def lamps_have_a_space() -> bool:
     return bpy.app.version >= (4, 0)
 
 
+def lamps_have_uv() -> bool:
+    """Whether the nodes of a lamp have UV coordinates. In 3.4 they are 0; in 4.2 to 5.2 Cycles has them. The versions between were not tried."""
+    return bpy.app.version >= (4, 0)
+
+
+def lamps_have_coordinates() -> bool:
+    """Whether Object and Generated coordinates in the nodes of a lamp are in its own space, as in 4.5 to 5.2. In 4.2 they are those of the world. The
+    versions between were not tried."""
+    return bpy.app.version >= (4, 4)
+
+
 def last_of_tables() -> int:
     """The last index of the tables by which Cycles evaluates colour ramps and curves: 255 in 3.4, 256 in 4.2 to 5.2. Steep ramps differ by several per cent
     of their range between the two. The versions between 3.4 and 4.2 were not tried."""

@@ -14,7 +14,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'R'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'S'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -282,6 +282,7 @@ void fields(A& a, LightDescription& v) {
   if (a.has('J')) all(a, v.links, v.max_bounces);
   if (a.has('K')) visit(a, v.light_group);
   if (a.has('P')) visit(a, v.even_sun);
+  if (a.has('S')) all(a, v.has_uv, v.own_coordinates);
 }
 template <class A>
 void fields(A& a, WorldDescription& v) {

@@ -339,6 +339,8 @@ struct LightDescription {
   bool even_spot = false;
   bool
       even_sun = false;  ///< sun: the same radiance everywhere in its cone; otherwise 1 / cos^3 (lights/sources/lamp.h)
+  /// Coordinates in its nodes: whether UV exists, and whether Object and Generated are in its space, not the world's.
+  bool has_uv = false, own_coordinates = false;
   bool soft_falloff = false;  ///< point, spot: a disk that faces the lit point instead of the sphere
   LightLinks links;
   int max_bounces = 1024;   ///< after more bounces, the light is not sampled any more, as in Cycles

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <stdexcept>
@@ -250,7 +251,7 @@ class Scene {
     int material_pass_index;
     DisplacementMethod displacement_method;
     BumpTerminator bump_terminator;
-    std::array<float, 12> world_from_lamp;  ///< for lamps
+    std::optional<LampSpace> lamp;  ///< for lamps
   };
   class Builder;
   Scene();

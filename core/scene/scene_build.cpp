@@ -84,8 +84,7 @@ void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, c
   program = ShaderProgram::compile(graph, owner, *textures_, diagnostics, context);
   if (sees_camera)
     camera_shaders_.push_back({of, index, owner, graph, context.material_pass_index, context.displacement_method,
-                               context.bump_terminator,
-                               context.world_from_lamp ? *context.world_from_lamp : std::array<float, 12>{}});
+                               context.bump_terminator, context.lamp ? std::optional(*context.lamp) : std::nullopt});
 }
 
 /// Compiles the materials that an object shows; `shown_by` has an object for each, or -1. Programs of materials that are
@@ -158,7 +157,7 @@ void Scene::change_view(const CameraDescription& camera, RenderSettings settings
     context.material_pass_index = shader.material_pass_index;
     context.displacement_method = shader.displacement_method;
     context.bump_terminator = shader.bump_terminator;
-    context.world_from_lamp = shader.of == CameraShader::Of::Lamp ? &shader.world_from_lamp : nullptr;
+    context.lamp = shader.lamp ? &*shader.lamp : nullptr;
     compile(shader.of, shader.index, shader.graph, shader.owner, context, repeated);
   }
   if (catchers_) catchers_->change_view(camera, settings);
@@ -398,10 +397,11 @@ void Scene::Builder::compile_shaders() {
   s_.statistics_.transparent_shadows = s_.any_transparent_;
   for (size_t i = 0; i < d_.lights.size(); ++i) {
     s_.lamp_programs_.emplace_back();
-    context.world_from_lamp = &d_.lights[i].world_from_light;
+    const LampSpace lamp(d_.lights[i]);
+    context.lamp = &lamp;
     s_.compile(CameraShader::Of::Lamp, i, d_.lights[i].graph, d_.lights[i].name, context, diagnostics_);
   }
-  context.world_from_lamp = nullptr;
+  context.lamp = nullptr;
   compile_world(context);
   for (size_t i = 0; i < shown_by_.size(); ++i) s_.has_media_ |= shown_by_[i] >= 0 && s_.programs_[i].has_volume();
   s_.textures_->forget_previous();

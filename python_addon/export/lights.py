@@ -28,6 +28,8 @@ def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list
     out.cast_shadow = compat.casts_shadow(light)
     out.max_bounces = plain.of(light.ajar).max_bounces
     out.multiple_importance = light.ajar.use_multiple_importance_sampling
+    out.has_uv = compat.lamps_have_uv()
+    out.own_coordinates = compat.lamps_have_coordinates()
     _KINDS[light.type](out, light)
     tree = compat.node_tree(light)
     if tree is not None:

@@ -54,11 +54,11 @@ bool texture_coordinate(ProgramBuilder& b, int node, std::string_view output, Va
   if (of_instancer && (output == "Generated" || output == "UV"))
     value = from_instancer(b, output == "UV" ? InstancerValue::Uv : InstancerValue::Generated);
   else if (output == "Generated")
-    value = b.emit(Op::Generated, Vector, {});
+    value = b.coordinates(Op::Generated);
   else if (output == "Normal")
     value = b.object_normal();
   else if (output == "UV")
-    value = b.emit(Op::ActiveUv, Vector, {});
+    value = b.coordinates(Op::ActiveUv);
   else if (output == "Camera")
     value = camera_point(b, node);
   else if (output == "Window")
@@ -72,7 +72,7 @@ bool texture_coordinate(ProgramBuilder& b, int node, std::string_view output, Va
       std::copy_n(rows->begin(), 12, matrix.begin());
       value = b.emit(Op::TransformPosition, Vector, {}, 0, b.add_matrix(to_matrix(matrix)));
     } else {
-      value = b.emit(Op::ObjectPosition, Vector, {});
+      value = b.coordinates(Op::ObjectPosition);
     }
   } else
     return false;
@@ -84,7 +84,7 @@ bool uv_map(ProgramBuilder& b, int node, std::string_view output, Value& value) 
   if (b.number(node, "from_instancer") != 0.0f)
     value = from_instancer(b, InstancerValue::Uv);
   else
-    value = name.empty() ? b.emit(Op::ActiveUv, Vector, {}) : b.emit(Op::NamedUv, Vector, {}, 0, b.add_name(name));
+    value = name.empty() ? b.coordinates(Op::ActiveUv) : b.emit(Op::NamedUv, Vector, {}, 0, b.add_name(name));
   return output == "UV";
 }
 
@@ -132,7 +132,7 @@ bool geometry(ProgramBuilder& b, int, std::string_view output, Value& value) {
   else if (output == "Incoming")
     value = b.emit(Op::Incoming, Vector, {});
   else if (output == "Parametric")
-    value = b.emit(Op::Parametric, Vector, {});
+    value = b.coordinates(Op::Parametric);
   else if (output == "Backfacing")
     value = b.emit(Op::Backfacing, Float, {});
   else if (output == "Pointiness")

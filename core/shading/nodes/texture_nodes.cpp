@@ -9,7 +9,7 @@ namespace {
 using enum SocketType;
 
 Value coordinate(ProgramBuilder& b, int node, Op unlinked) {
-  return b.is_linked(node, "Vector") ? b.input(node, "Vector", Vector) : b.emit(unlinked, Vector, {});
+  return b.is_linked(node, "Vector") ? b.input(node, "Vector", Vector) : b.coordinates(unlinked);
 }
 
 uint32_t image_lookup(ProgramBuilder& b, int node, bool environment) {

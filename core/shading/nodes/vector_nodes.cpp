@@ -80,11 +80,12 @@ bool vector_transform(ProgramBuilder& b, int node, std::string_view output, Valu
       b.report(node, "there is no camera; world coordinates are used");
   }
   const Value vector = b.input(node, "Vector", Vector, Vec4(0.5f));
-  if (b.context().world_from_lamp) {
+  if (b.context().lamp) {
     Mat4 along_z(1.0f);  // the camera looks along +z
     along_z[2][2] = -1.0f;
     const Mat4 world_from[] = {
-        Mat4(1.0f), b.number(node, "lamp_has_space") != 0.0f ? to_matrix(*b.context().world_from_lamp) : Mat4(1.0f),
+        Mat4(1.0f),
+        b.number(node, "lamp_has_space") != 0.0f ? to_matrix(b.context().lamp->world_from_lamp) : Mat4(1.0f),
         glm::affineInverse(along_z * camera_from_world)};
     value = between_spaces(b, vector, VectorKind(type), glm::affineInverse(world_from[to]) * world_from[from]);
   } else {

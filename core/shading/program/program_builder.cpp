@@ -1,6 +1,7 @@
 #include "shading/program/program_builder.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -331,17 +332,62 @@ Value ProgramBuilder::emit(Op op, SocketType type, std::initializer_list<Value> 
 }
 
 Value ProgramBuilder::object_normal() {
-  if (!context_.world_from_lamp) return emit(Op::ObjectNormal, SocketType::Vector, {});
+  if (!context_.lamp) return emit(Op::ObjectNormal, SocketType::Vector, {});
   return in_lamp_space(emit(Op::ShadingNormal, SocketType::Vector, {}));
 }
 
 Value ProgramBuilder::object_incoming() {
-  if (!context_.world_from_lamp) return emit(Op::ObjectIncoming, SocketType::Vector, {});
+  if (!context_.lamp) return emit(Op::ObjectIncoming, SocketType::Vector, {});
   return in_lamp_space(emit(Op::Incoming, SocketType::Vector, {}));
 }
 
+Value ProgramBuilder::coordinates(Op op) {
+  const LampSpace* lamp = context_.lamp;
+  const bool parametric = op == Op::Parametric, of_object = op == Op::Generated || op == Op::ObjectPosition;
+  if (lamp && (lamp->has_uv ? parametric || op == Op::ActiveUv : parametric && lamp->kind == LightKind::Area))
+    return lamp_uv();
+  if (!lamp || !lamp->own_coordinates || !of_object) return emit(op, SocketType::Vector, {});
+  const Mat4 lamp_from_world = glm::affineInverse(to_matrix(lamp->world_from_lamp));
+  return emit(Op::TransformPosition, SocketType::Vector, {}, 0, add_matrix(lamp_from_world));
+}
+
+/// The UV coordinates that Cycles gives lamps in 4.2 to 5.2.
+Value ProgramBuilder::lamp_uv() {
+  const LampSpace& lamp = *context_.lamp;
+  const Mat4 lamp_from_world = glm::affineInverse(to_matrix(lamp.world_from_lamp));
+  const auto scaled = [](Vec3 scale, Vec3 offset) {
+    return Mat4(Vec4(scale.x, 0, 0, 0), Vec4(0, scale.y, 0, 0), Vec4(0, 0, scale.z, 0), Vec4(offset, 1));
+  };
+  const auto direction = [&](Op op) {  // in the space of the lamp
+    return emit(Op::Affine, SocketType::Vector, {emit(op, SocketType::Vector, {})}, 0,
+                add_matrix(Mat4(Mat3(lamp_from_world))));
+  };
+  switch (lamp.kind) {
+    case LightKind::Sun: break;
+    case LightKind::Area: {
+      const Vec2 size = glm::max(lamp.area_size, Vec2(1e-20f));
+      const Mat4 to_uv = scaled({1.0f / size.x, 1.0f / size.y, 0.0f}, {0.5f, 0.5f, 0.0f});
+      return emit(Op::TransformPosition, SocketType::Vector, {}, 0, add_matrix(to_uv * lamp_from_world));
+    }
+    case LightKind::Spot: {  // the square around the circle of the cone, at any distance
+      const Value d = direction(Op::Incoming);
+      const float half_cot = 0.5f / std::tan(0.5f * lamp.spot_angle);
+      const Value along = emit(Op::Math, SocketType::Float, {constant(-half_cot), part(d, 2), constant(0.0f)},
+                               int(nodes::MathOperation::Divide));
+      return emit(Op::Affine, SocketType::Vector, {emit(Op::Scale, SocketType::Vector, {d, along})}, 0,
+                  add_matrix(scaled({1.0f, 1.0f, 0.0f}, {0.5f, 0.5f, 0.0f})));
+    }
+    case LightKind::Point: {  // longitude and latitude; ProjectSphere has the centre (0.5, 0.5, 0.5)
+      const Value d = emit(Op::Affine, SocketType::Vector, {direction(Op::ShadingNormal)}, 0,
+                           add_matrix(scaled(Vec3(0.5f), Vec3(0.5f))));
+      return emit(Op::ProjectSphere, SocketType::Vector, {d});
+    }
+  }
+  return constant(Vec3(0.5f, 0.5f, 0.0f), SocketType::Vector);
+}
+
 Value ProgramBuilder::in_lamp_space(Value normal) {
-  const Mat4 lamp_from_normal(glm::transpose(Mat3(to_matrix(*context_.world_from_lamp))));
+  const Mat4 lamp_from_normal(glm::transpose(Mat3(to_matrix(context_.lamp->world_from_lamp))));
   return emit(Op::Normalize, SocketType::Vector,
               {emit(Op::Affine, SocketType::Vector, {normal}, 0, add_matrix(lamp_from_normal))});
 }

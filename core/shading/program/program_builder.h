@@ -83,6 +83,8 @@ class ProgramBuilder {
   Value surface_normal() {
     return surface_normal_ ? *surface_normal_ : emit(Op::ShadingNormal, SocketType::Vector, {});
   }
+  /// The coordinates of `op`: Generated, ObjectPosition, ActiveUv, Parametric or Position; in the nodes of a lamp, its own.
+  Value coordinates(Op op);
   /// The smooth normal in the space of the object or of the lamp.
   Value object_normal();
   /// The direction to the eye, transformed like a normal to the space of the object or of the lamp.
@@ -170,6 +172,7 @@ class ProgramBuilder {
   }
   auto& values_here() { return values_[exact_images_ ? 1 : 0][size_t(shift_)]; }
   Value in_lamp_space(Value normal);
+  Value lamp_uv();
   Value value_of(const NodeLink& link);
   Value compute(const NodeLink& link);
   void compute_inputs(const NodeLink& link);

@@ -22,6 +22,7 @@ def test_values_of_lights_are_exported(build, export):
     lights = {out.name: out for out in export().lights}
     point, spot, sun, area = (lights[name] for name in ("Point", "Spot", "Sun", "Area"))
     assert not spot.even_spot and not sun.even_sun
+    assert not spot.has_uv and not sun.own_coordinates
     assert point.soft_falloff and spot.soft_falloff   # since 4.2 an option; 3.4 has no other lamps
     assert (point.kind, point.energy, point.radius, point.color) == (ajar.LightKind.Point, 10, 0.5, (1, 0.5, 0.25))
     assert point.world_from_light[3::4] == [1, 2, 3]

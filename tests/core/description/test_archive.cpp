@@ -136,6 +136,10 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   even.lights[0].even_sun = true;
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(even))), to_bytes(even));
   for (char version : {'2', '9', 'A', 'O'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(even, version))), written);
+  SceneDescription placed = d;
+  placed.lights[0].has_uv = placed.lights[0].own_coordinates = true;
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(placed))), to_bytes(placed));
+  for (char version : {'2', 'O', 'R'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(placed, version))), written);
   SceneDescription linked = d;
   linked.objects[0].receiver_set = 3;
   linked.objects[0].blocker_set = 4;
