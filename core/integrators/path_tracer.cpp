@@ -296,16 +296,17 @@ class PathTracer final : public Integrator {
         });
   }
 
-  /// The part of a sample in the composite with shadow catchers. Where the path met a catcher, a second path starts there
-  /// in the scene without the other objects.
+  /// The part of a sample in the composite with shadow catchers. Where the path met a catcher, a second path meets it in the
+  /// scene without the other objects.
   CaughtSample compare(const CaughtPath& path, const PathStart& start, uint32_t index, Color radiance, float alpha) {
     const Color background = start.ray.t_max > 0.0f && scene_->lights().environment_index() >= 0
                                  ? scene_->lights().environment_radiance(start.ray.direction, kRayCamera)
                                  : Color(0.0f);
     if (!path.caught) return {.matte = radiance, .alpha = alpha, .background = path.sees_background * background};
     CaughtPath again;
-    const PathStart same{*scene_->catchers(), start.ray, start.pixel_x, start.pixel_y, start.sampler, nullptr,
-                         start.counters,      false,     &again};
+    const Ray& ray = path.past_glass ? *path.past_glass : start.ray;
+    const PathStart same{*scene_->catchers(), ray,   start.pixel_x, start.pixel_y, start.sampler, nullptr,
+                         start.counters,      false, &again};
     const MisDirectLight direct_light;
     const Unguided unguided{};
     NoParts parts;
@@ -319,8 +320,7 @@ class PathTracer final : public Integrator {
     if (const Media* media = media_of_catchers_.get()) {
       const uint32_t pixel = uint32_t(start.pixel_y) * uint32_t(scene_->settings().width) + uint32_t(start.pixel_x);
       MediaCounters& counters = start.counters.media;
-      const MediaStack around = media->around(start.ray.origin + start.ray.t_min * start.ray.direction, start.ray.time,
-                                              counters);
+      const MediaStack around = media->around(ray.origin + ray.t_min * ray.direction, ray.time, counters);
       alone = along(InMedia{*media, counters, Pcg32(hash_combine(seed_, pixel), index), around});
     } else {
       alone = along(NoMedia());

@@ -82,7 +82,7 @@ class PathWalk {
     if constexpr (kMedia) {
       if (program.only_encloses()) return cross_boundary();
     }
-    if (start_.caught && walk_.seen_directly()) [[unlikely]]
+    if (start_.caught && (walk_.seen_directly() || walk_.clear)) [[unlikely]]
       meet_catcher();
     program.evaluate_surface(walk_.point, walk_.shading);
     return meet_surface() && enter_surface() && scatter();
@@ -270,7 +270,9 @@ class PathWalk {
 
   void meet_catcher() {
     CaughtPath& path = *start_.caught;
-    if (!path.caught && walk_.point.object->shadow_catcher) path = {true, radiance_, beta_, alpha_, Color(0.0f)};
+    if (path.caught || !walk_.point.object->shadow_catcher) return;
+    path = {true, radiance_, beta_, alpha_, Color(0.0f), {}};
+    if (!walk_.seen_directly()) path.alpha_before += walk_.alpha_of_nothing(beta_), path.past_glass = walk_.ray;
   }
 
   /// Adds the emission of the surface and records passes. Returns false where the path ends.

@@ -1,6 +1,8 @@
 // The scene with which shadow catchers are compared (film/caught_light.h).
 #pragma once
 
+#include <optional>
+
 #include "description/scene_description.h"
 
 namespace ajar {
@@ -13,7 +15,8 @@ struct CaughtPath {
   bool caught = false;
   Color before{0.0f}, throughput{1.0f};  ///< the light before, and the throughput there
   float alpha_before = 0.0f;
-  Color sees_background{0.0f};  ///< throughput with which the path leaves the scene unscattered
+  Color sees_background{0.0f};    ///< throughput with which the path leaves the scene unscattered
+  std::optional<Ray> past_glass;  ///< the ray to the catcher, if the camera sees it through clear glass
 };
 
 }  // namespace ajar

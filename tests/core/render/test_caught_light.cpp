@@ -82,6 +82,28 @@ TEST(CaughtLight, a_ball_throws_a_shadow_on_a_catcher_and_keeps_its_colour) {
   EXPECT_GT(opaque, 5);
 }
 
+TEST(CaughtLight, a_catcher_behind_clear_glass_is_invisible) {
+  // The glass bends no ray. It is near the camera and takes little light from the floor.
+  SceneDescription d = floor_with_ball(true);
+  d.instances.pop_back();
+  const Vec3 eye(0.0f, -0.9f, 0.2f), down = glm::normalize(Vec3(0.0f, 0.9f, -1.0f));
+  set_camera(d, eye, eye + down, 12);
+  GraphBuilder b;
+  b.graph.surface = {b.node("ShaderNodeBsdfRefraction", {value_input("Color", Vec4(1.0f)),
+                                                         value_input("Roughness", 0.0f), value_input("IOR", 1.0f)}),
+                     "BSDF"};
+  add_object(d, plane(1.0f), add_material(d, b), shining(eye + 0.02f * down, down) * moved(Vec3(0.0f), 0.05f));
+  const auto mean_alpha = [&] {
+    const std::vector<float> image = render(d);
+    double sum = 0.0;
+    for (size_t i = 3; i < image.size(); i += 4) sum += double(image[i]);
+    return sum / double(image.size() / 4);
+  };
+  EXPECT_GT(mean_alpha(), 0.95);
+  d.settings.transparent_glass = true;
+  EXPECT_LT(mean_alpha(), 0.05);
+}
+
 TEST(CaughtLight, other_techniques_are_replaced_by_path_tracing_and_say_so) {
   SceneDescription d = floor_with_ball(true);
   d.settings.integrator = "bdpt";
