@@ -183,7 +183,8 @@ TEST_P(PhotonMapping, light_that_leaves_below_the_plane_of_the_shading_normal_is
 
 TEST_P(PhotonMapping, light_through_a_thin_frosted_pane_is_complete) {
   // The pane is much thinner than the lookups are wide. The camera looks away from it.
-  if (std::string(GetParam()) == "mps" && gate_only()) GTEST_SKIP() << kLeftOut;
+  const bool has_chains = std::string(GetParam()) == "mps";  // they bring no light to the pane
+  if (has_chains && gate_only()) GTEST_SKIP() << kLeftOut;
   SceneDescription d;
   add_object(d, cube(true), add_diffuse(d, Color(0.6f)));
   Mat4 pane = placed(Vec3(0.0f, 0.2f, 0.0f), 0.999f);
@@ -194,7 +195,7 @@ TEST_P(PhotonMapping, light_through_a_thin_frosted_pane_is_complete) {
   d.settings.bounces = {32, 32, 32, 32, 32, 0};
   d.settings.photons = 20000;
   d.settings.photon_radius = 0.15f;
-  expect_agreement(GetParam(), d, 64, 2048, 8, 0.03, 0.03);
+  expect_agreement(GetParam(), d, has_chains ? 128 : 64, 2048, 8, 0.03, 0.03);
 }
 
 TEST_P(PhotonMapping, bounce_limits_are_for_whole_paths) {
