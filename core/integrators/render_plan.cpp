@@ -144,8 +144,8 @@ class Planner {
     const bool by_kind = scene_.depends_on_ray_kind();
     add("surfaces by the kind of the ray", by_kind,
         by_kind ? "a visible material follows the Light Path node or has no transparent shadows, or shadow rays and "
-                  "diffuse "
-                  "rays see different objects: paths from the eye find the light past them that other paths do not know"
+                  "diffuse rays see different objects: paths from the eye find the light past them that other paths do "
+                  "not know"
                 : "no visible surface scatters light, or lets it pass, by the kind of the ray");
   }
 

@@ -217,6 +217,13 @@ TEST(Photons, bounces_that_are_left_are_compared_kind_by_kind) {
   EXPECT_FALSE(PackedBounces({0, 0, 0, 40, 0}).within(PackedBounces({3, 2, 0, 30, 1})));
   EXPECT_EQ(min(left, PackedBounces({1, 5, 0, 7, 40})).bits(), PackedBounces({1, 2, 0, 7, 1}).bits());
   EXPECT_EQ(min(left, PackedBounces()).bits(), left.bits());
+  for (const PackedBounces& bounces : {PackedBounces({3, 2, 0, 900, 1}), PackedBounces({4, 0, 0, 0, 0})})
+    EXPECT_EQ(bounces.within(left.marked()), bounces.within(left)) << "a mark is no bounce";
+  const PackedBounces least = min(PackedBounces(), left.marked());
+  for (const PackedBounces& bounces : {PackedBounces({3, 2, 0, 900, 1}), PackedBounces({4, 0, 0, 0, 0})})
+    EXPECT_EQ(bounces.within(least), bounces.within(left));
+  EXPECT_TRUE(FluxWithBounces(Color(1.0f), left.marked()).left().is_marked());
+  EXPECT_FALSE(FluxWithBounces(Color(1.0f), left).left().is_marked());
 
   const Color flux(1.2345678f, 3e-20f, 0.0f);
   const FluxWithBounces both(flux, left);
