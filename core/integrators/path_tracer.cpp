@@ -296,8 +296,8 @@ class PathTracer final : public Integrator {
         });
   }
 
-  /// The part of a sample in the composite with shadow catchers. Where the path met a catcher, a second path meets it in the
-  /// scene without the other objects.
+  /// The part of a sample in the composite with shadow catchers. Where the path met a catcher, a second path meets it in
+  /// the scene without the other objects.
   CaughtSample compare(const CaughtPath& path, const PathStart& start, uint32_t index, Color radiance, float alpha) {
     const Color background = start.ray.t_max > 0.0f && scene_->lights().environment_index() >= 0
                                  ? scene_->lights().environment_radiance(start.ray.direction, kRayCamera)

@@ -24,7 +24,8 @@ namespace ajar {
 
 /// The kinds of rays that differ from others at a surface.
 enum class RayKinds : uint8_t { None, Shadow, All };
-/// Those at the surface of this material, whatever rays see the object. Emission alone may depend on the kind of the ray.
+/// Those at the surface of this material, whatever rays see the object. Emission alone may depend on the kind of the
+/// ray.
 RayKinds ray_kinds_of(const MaterialDescription& material);
 
 }  // namespace ajar

@@ -19,7 +19,7 @@ class TextureInputs {
   Value number(const char* socket, float fallback) { return b_.input(node_, socket, Float, Vec4(fallback)); }
   Value scale() { return number("Scale", 5.0f); }
   Value place() {
-    const Value p = b_.is_linked(node_, "Vector") ? b_.input(node_, "Vector", Vector) : b_.coordinates(Op::Generated);
+    const Value p = b_.place(node_, Op::Generated);
     return b_.emit(Op::Scale, Vector, {p, scale()});
   }
   Value w() { return b_.emit(Op::Product, Float, {number("W", 0.0f), scale()}); }
@@ -122,7 +122,7 @@ bool wave_texture(ProgramBuilder& b, int node, std::string_view output, Value& v
 
 bool magic_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   TextureInputs in(b, node);
-  const Value p = b.is_linked(node, "Vector") ? b.input(node, "Vector", Vector) : b.coordinates(Op::Generated);
+  const Value p = b.place(node, Op::Generated);
   value = b.emit(Op::Magic, Color, {p, in.scale(), in.number("Distortion", 1.0f)},
                  int(glm::clamp(b.number(node, "turbulence_depth", 2.0f), 0.0f, 10.0f)));
   if (output == "Fac") value = b.convert({Vector, value.at}, Float);

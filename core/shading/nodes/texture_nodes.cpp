@@ -8,10 +8,6 @@ namespace {
 
 using enum SocketType;
 
-Value coordinate(ProgramBuilder& b, int node, Op unlinked) {
-  return b.is_linked(node, "Vector") ? b.input(node, "Vector", Vector) : b.coordinates(unlinked);
-}
-
 uint32_t image_lookup(ProgramBuilder& b, int node, bool environment) {
   if (const auto found = b.node_data.find(node); found != b.node_data.end()) return found->second;
   ImageLookup lookup;
@@ -34,7 +30,7 @@ uint32_t image_lookup(ProgramBuilder& b, int node, bool environment) {
 bool image_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const int projection = b.choice(node, "projection", {"FLAT", "BOX", "SPHERE", "TUBE"});
   const auto place = [&] {
-    const Value p = coordinate(b, node, Op::ActiveUv);
+    const Value p = b.place(node, Op::ActiveUv);
     if (projection == 2) return b.emit(Op::ProjectSphere, Vector, {p});
     if (projection == 3) return b.emit(Op::ProjectTube, Vector, {p});
     return p;
@@ -51,13 +47,13 @@ bool image_texture(ProgramBuilder& b, int node, std::string_view output, Value& 
 
 bool environment_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const int projection = b.choice(node, "projection", {"EQUIRECTANGULAR", "MIRROR_BALL"});
-  const Value direction = coordinate(b, node, Op::Position);
+  const Value direction = b.place(node, Op::Position);
   value = b.emit(Op::Environment, Color, {direction}, projection, image_lookup(b, node, true));
   return output == "Color";
 }
 
 bool checker_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  const Value p = coordinate(b, node, Op::Generated);
+  const Value p = b.place(node, Op::Generated);
   value = b.emit(Op::Checker, Float, {p, b.input(node, "Scale", Float, Vec4(5.0f))});
   if (output == "Color")
     value = b.emit(Op::SelectColor, Color,
@@ -68,7 +64,7 @@ bool checker_texture(ProgramBuilder& b, int node, std::string_view output, Value
 bool gradient_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const int kind = b.choice(node, "gradient_type",
                             {"LINEAR", "QUADRATIC", "EASING", "DIAGONAL", "SPHERICAL", "QUADRATIC_SPHERE", "RADIAL"});
-  value = b.emit(Op::Gradient, Float, {coordinate(b, node, Op::Generated)}, kind);
+  value = b.emit(Op::Gradient, Float, {b.place(node, Op::Generated)}, kind);
   return output == "Color" || output == "Fac";
 }
 
@@ -105,7 +101,7 @@ bool sky_texture(ProgramBuilder& b, int node, std::string_view output, Value& va
     }
     index = b.node_data[node] = uint32_t(b.tables.skies.size() - 1);
   }
-  value = b.in_working_space(b.emit(Op::Sky, Color, {coordinate(b, node, Op::Generated)}, 0, index));
+  value = b.in_working_space(b.emit(Op::Sky, Color, {b.place(node, Op::Generated)}, 0, index));
   return output == "Color";
 }
 

@@ -351,6 +351,10 @@ Value ProgramBuilder::coordinates(Op op) {
   return emit(Op::TransformPosition, SocketType::Vector, {}, 0, add_matrix(lamp_from_world));
 }
 
+Value ProgramBuilder::place(int node, Op unlinked) {
+  return is_linked(node, "Vector") ? input(node, "Vector", SocketType::Vector) : coordinates(unlinked);
+}
+
 /// The UV coordinates that Cycles gives lamps in 4.2 to 5.2.
 Value ProgramBuilder::lamp_uv() {
   const LampSpace& lamp = *context_.lamp;

@@ -83,8 +83,11 @@ class ProgramBuilder {
   Value surface_normal() {
     return surface_normal_ ? *surface_normal_ : emit(Op::ShadingNormal, SocketType::Vector, {});
   }
-  /// The coordinates of `op`: Generated, ObjectPosition, ActiveUv, Parametric or Position; in the nodes of a lamp, its own.
+  /// The coordinates of `op`: Generated, ObjectPosition, ActiveUv, Parametric or Position; in the nodes of a lamp, its
+  /// own.
   Value coordinates(Op op);
+  /// The input Vector of a texture; where nothing is linked to it, `coordinates`.
+  Value place(int node, Op unlinked);
   /// The smooth normal in the space of the object or of the lamp.
   Value object_normal();
   /// The direction to the eye, transformed like a normal to the space of the object or of the lamp.

@@ -29,8 +29,8 @@ inline bool scatters_diffusely(const Bsdf& bsdf) {
   return true;
 }
 
-/// Whether there is a diffuse lobe on each side to which rough lobes scatter. Then light from one direction is scattered to
-/// all directions with values that do not differ by powers of ten.
+/// Whether there is a diffuse lobe on each side to which rough lobes scatter. Then light from one direction is scattered
+/// to all directions with values that do not differ by powers of ten.
 inline bool scatters_evenly(const Bsdf& bsdf) {
   bool scatters[2] = {false, false}, evenly[2] = {false, false};  // reflection, transmission
   for (int i = 0; i < bsdf.lobe_count(); ++i) {

@@ -26,10 +26,10 @@ struct PathPhoton {
   const PathVertex* vertex = nullptr;
 };
 
-/// `shortest`: length of the shortest gather rays that look up the global map. Writes at most two photons for each inner vertex of the path and returns their number. Photons without a finite flux
-/// are left out and added to `refused`. For the brightness B of the
-/// chain's target and N states, the flux of a photon is B / N * weight of the state * flux in `photon` * inverse
-/// density.
+/// `shortest`: length of the shortest gather rays that look up the global map. Writes at most two photons for each inner
+/// vertex of the path and returns their number. Photons without a finite flux are left out and added to `refused`. For
+/// the brightness B of the chain's target and N states, the flux of a photon is B / N * weight of the state * flux in
+/// `photon` * inverse density.
 int photons_of(const PathSpace& space, const Path& path, float shortest, PathPhoton* out, uint64_t& refused);
 
 }  // namespace ajar

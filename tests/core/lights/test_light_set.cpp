@@ -435,6 +435,31 @@ TEST(LightSet, ies_profiles_rotate_with_the_lamp) {
   EXPECT_GT(profile.towards({0, 0.6f, -0.8f}), 1.5f * profile.towards({0, -0.6f, -0.8f}));
 }
 
+TEST(LightSet, texture_coordinates_of_lamps_are_those_of_cycles) {
+  // The axes x, y and z of the lamp are z, x and y of the world, twice as long.
+  const Mat4 turned(Vec4(0, 0, 2, 0), Vec4(2, 0, 0, 0), Vec4(0, 2, 0, 0), Vec4(4, 5, 6, 1));
+  const Vec3 wo = glm::normalize(Vec3(0.2f, -0.9f, 0.3f)), local(wo.z, wo.x, wo.y);
+  const auto in_world = [&](Vec3 p) { return transform_point(turned, p); };
+  for (const AreaShape shape : {AreaShape::Rectangle, AreaShape::Ellipse}) {
+    LightDescription panel = area_lamp(shape, {2, 1}, turned);
+    const Vec3 place = in_world({0.3f, 0.2f, 0.0f});
+    expect_close(shown_by(panel, "ShaderNodeTexCoord", "UV", place, wo), Color(0.0f));
+    panel.has_uv = true;
+    expect_close(shown_by(panel, "ShaderNodeTexCoord", "UV", place, wo), Color(0.65f, 0.7f, 0.0f));
+    expect_close(shown_by(panel, "ShaderNodeTexCoord", "Object", place, wo), place);
+    panel.own_coordinates = true;
+    expect_close(shown_by(panel, "ShaderNodeTexCoord", "Object", place, wo), Color(0.3f, 0.2f, 0.0f));
+    expect_close(shown_by(panel, "ShaderNodeTexCoord", "Generated", place, wo), Color(0.3f, 0.2f, 0.0f));
+  }
+  LightDescription spot = lamp(LightKind::Spot, turned), bulb = lamp(LightKind::Point, turned);
+  spot.has_uv = bulb.has_uv = true;
+  spot.spot_angle = kPi / 2.0f;
+  expect_close(shown_by(spot, "ShaderNodeTexCoord", "UV", {4, 5, 6}, wo),
+               Color(0.5f - 0.5f * local.x / local.z, 0.5f - 0.5f * local.y / local.z, 0.0f));
+  expect_close(shown_by(bulb, "ShaderNodeTexCoord", "UV", {4, 5, 6}, wo),
+               Color(0.5f - std::atan2(local.x, local.y) / (2.0f * kPi), 1.0f - std::acos(local.z) / kPi, 0.0f));
+}
+
 /// What a lamp shows whose emission is the direction of the light after a Vector Transform, divided by what it shows
 /// without one.
 Color shown_direction(const LightDescription& light, const std::string& type, const std::string& from,
@@ -454,44 +479,6 @@ Color shown_direction(const LightDescription& light, const std::string& type, co
   shining.graph.surface = {0, "Emission"};
   return with_lamp(shining)->lights().lamp_radiance(0, {4, 5, 6}, wo, 0.0f, 1.0f) /
          with_lamp(light)->lights().lamp_radiance(0, {4, 5, 6}, wo, 0.0f, 1.0f);
-}
-
-/// What a lamp shows at `place` whose emission is an output of Texture Coordinate, divided by what it shows without it.
-Color shown_coordinates(const LightDescription& light, const std::string& output, Vec3 place, Vec3 wo) {
-  Node coordinates, emission = closure_node("ShaderNodeEmission", Color(0.0f));
-  coordinates.type = "ShaderNodeTexCoord";
-  for (NodeInput& input : emission.inputs)
-    if (input.socket == "Color") input.link = {1, output};
-  LightDescription shining = light;
-  shining.graph.nodes = {emission, coordinates};
-  shining.graph.surface = {0, "Emission"};
-  return with_lamp(shining)->lights().lamp_radiance(0, place, wo, 0.0f, 1.0f) /
-         with_lamp(light)->lights().lamp_radiance(0, place, wo, 0.0f, 1.0f);
-}
-
-TEST(LightSet, texture_coordinates_of_lamps_are_those_of_cycles) {
-  // The axes x, y and z of the lamp are z, x and y of the world, twice as long.
-  const Mat4 turned(Vec4(0, 0, 2, 0), Vec4(2, 0, 0, 0), Vec4(0, 2, 0, 0), Vec4(4, 5, 6, 1));
-  const Vec3 wo = glm::normalize(Vec3(0.2f, -0.9f, 0.3f)), local(wo.z, wo.x, wo.y);
-  const auto in_world = [&](Vec3 p) { return transform_point(turned, p); };
-  for (const AreaShape shape : {AreaShape::Rectangle, AreaShape::Ellipse}) {
-    LightDescription panel = area_lamp(shape, {2, 1}, turned);
-    const Vec3 place = in_world({0.3f, 0.2f, 0.0f});
-    expect_close(shown_coordinates(panel, "UV", place, wo), Color(0.0f));
-    panel.has_uv = true;
-    expect_close(shown_coordinates(panel, "UV", place, wo), Color(0.65f, 0.7f, 0.0f));
-    expect_close(shown_coordinates(panel, "Object", place, wo), place);
-    panel.own_coordinates = true;
-    expect_close(shown_coordinates(panel, "Object", place, wo), Color(0.3f, 0.2f, 0.0f));
-    expect_close(shown_coordinates(panel, "Generated", place, wo), Color(0.3f, 0.2f, 0.0f));
-  }
-  LightDescription spot = lamp(LightKind::Spot, turned), bulb = lamp(LightKind::Point, turned);
-  spot.has_uv = bulb.has_uv = true;
-  spot.spot_angle = kPi / 2.0f;
-  expect_close(shown_coordinates(spot, "UV", {4, 5, 6}, wo),
-               Color(0.5f - 0.5f * local.x / local.z, 0.5f - 0.5f * local.y / local.z, 0.0f));
-  expect_close(shown_coordinates(bulb, "UV", {4, 5, 6}, wo),
-               Color(0.5f - std::atan2(local.x, local.y) / (2.0f * kPi), 1.0f - std::acos(local.z) / kPi, 0.0f));
 }
 
 TEST(LightSet, vector_transform_knows_the_space_of_a_lamp_since_blender_4) {
