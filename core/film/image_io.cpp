@@ -59,6 +59,7 @@ Image read_image(const std::string& path) {
   auto input = OIIO::ImageInput::open(path, &config);
   if (!input) fail("cannot open image", path, OIIO::geterror());
   const OIIO::ImageSpec spec = input->spec();
+  if (spec.depth > 1) fail("cannot read image", path, "it is a volume");
   Image image{spec.width, spec.height, spec.nchannels, {}, spec.channelnames};
   const size_t row = size_t(spec.width) * spec.nchannels;
   image.pixels.resize(row * spec.height);

@@ -1,5 +1,7 @@
 // Writes valid scenes as the initial corpus of fuzz_scene, for all integrators and all methods of direct light. Some
-// are written in older versions of the format. Usage: make_corpus FOLDER.
+// are written in older versions of the format. Writes valid images as that of fuzz_image. Usage: make_corpus SCENES IMAGES.
+#include <OpenImageIO/imageio.h>
+
 #include <cstdio>
 #include <fstream>
 
@@ -180,13 +182,37 @@ std::vector<TransportScene> further_scenes() {
   return scenes;
 }
 
+/// One image of each format, with 1, 3 and 4 channels where it has them, behind the two bytes of the limits.
+void write_images(const std::string& folder) {
+  constexpr int kSide = 8;
+  for (const char* ending : {"png", "jpg", "tif", "exr", "hdr", "bmp", "tga", "dds", "webp", "psd"})
+    for (const int channels : {1, 3, 4})
+      for (const bool floats : {false, true}) {
+        const std::string path = folder + "/" + std::to_string(channels) + (floats ? "f." : "b.") + ending;
+        const auto out = OIIO::ImageOutput::create(path);
+        if (!out) continue;
+        const OIIO::ImageSpec spec(kSide, kSide, channels, floats ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
+        std::vector<float> pixels(size_t(kSide) * kSide * channels);
+        for (size_t i = 0; i < pixels.size(); ++i) pixels[i] = float(i % 7) / 7.0f;
+        if (!out->open(path, spec) || !out->write_image(OIIO::TypeDesc::FLOAT, pixels.data()) || !out->close()) {
+          std::remove(path.c_str());
+          continue;
+        }
+        std::ifstream written(path, std::ios::binary);
+        std::vector<char> bytes = {0, 0};
+        bytes.insert(bytes.end(), std::istreambuf_iterator<char>(written), {});
+        std::ofstream(path, std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
+      }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: make_corpus FOLDER\n");
+  if (argc != 3) {
+    std::fprintf(stderr, "usage: make_corpus SCENES IMAGES\n");
     return 2;
   }
+  write_images(argv[2]);
   std::vector<TransportScene> scenes = transport_scenes();
   for (TransportScene& scene : further_scenes()) scenes.push_back(std::move(scene));
   constexpr uint32_t kIntegrators = 9,

@@ -33,6 +33,7 @@ LEVELS = ("x86-64-v2", "x86-64-v3")
 PYTHONS = ("3.10", "3.11", "3.13", "3.14")
 PYTHONS_OF_LEGACY = ("3.10", "3.11", "3.13")
 PYTHONS_OF_EXTENSION = ("3.11", "3.13", "3.14")
+PYTHONS_OF_SID = ("3.14",)
 REQUIRED = ("3.11", "3.13")
 ADDON = "ajar_render"
 EXIT_UNREACHABLE = 3
@@ -49,7 +50,7 @@ class Python:
 
 
 def find_python(version: str, prefix: Path, named: dict[str, str]) -> Python | None:
-    """Find the headers: those of the command line, of the prefix, of the system, or of pyenv."""
+    """Find the headers: those of the command line, of the prefix, of the system, of pyenv, or of Debian sid."""
     if version in named:
         return Python(version, Path(named[version]))
     bundled = prefix / f"python{version}" / "include"
@@ -59,7 +60,8 @@ def find_python(version: str, prefix: Path, named: dict[str, str]) -> Python | N
     for include in (Path("/usr/include") / f"python{version}", *sorted(pyenv.glob(f"{version}.*/include/python{version}"))):
         if (include / "Python.h").is_file():
             return Python(version, include)
-    return None
+    of_sid = dependencies.sid_headers(version, WORK / "sid") if version in PYTHONS_OF_SID else None
+    return Python(version, of_sid) if of_sid else None
 
 
 def version() -> str:
@@ -150,7 +152,7 @@ def main() -> None:
     found = {version: find_python(version, prefix, named) for version in options.python}
     for name, python in found.items():
         if python is None:
-            message = f"no headers of Python {name} (looked in /usr/include and pyenv)"
+            message = f"no headers of Python {name} (looked in /usr/include, pyenv and, for 3.14, Debian sid)"
             if name in REQUIRED:
                 raise SystemExit(f"There are {message}.")
             print(f"left out: {message}", file=sys.stderr)

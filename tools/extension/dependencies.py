@@ -21,6 +21,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 DEBIAN = "https://deb.debian.org/debian/"
+KEYRING = "/usr/share/keyrings/debian-archive-keyring.gpg"
 PLATFORMS = ("manylinux_2_28_x86_64", "manylinux_2_27_x86_64", "manylinux2014_x86_64", "manylinux1_x86_64")
 OIDN = "2.5.1"
 OIDN_LICENSE = f"""Open Image Denoise {OIDN}, https://www.openimagedenoise.org
@@ -92,6 +93,35 @@ def run(command: list[object]) -> None:
         raise Unreachable(f"{' '.join(map(str, command))}\n{result.stdout}")
 
 
+def sid_headers(version: str, folder: Path) -> Path | None:
+    """The headers of a Python that only Debian sid has, from its newest package; None if there is none.
+
+    sid keeps no old versions, so that a lock file with a checksum would soon be out of date. apt compares the package with the signature of the archive instead.
+    """
+    include = folder / f"python{version}" / "include"
+    if (include / "Python.h").is_file():
+        return include
+    for name in ("lists/partial", "archives/partial"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
+    sources = folder / "sources.list"
+    sources.write_text(f"deb [signed-by={KEYRING}] {DEBIAN} sid main\n")
+    settings = {"Dir::State": folder, "Dir::State::status": "/dev/null", "Dir::Cache": folder, "Dir::Etc::SourceList": sources, "Dir::Etc::SourceParts": "-",
+                "Acquire::Check-Valid-Until": "false", "Acquire::Languages": "none", "APT::Sandbox::User": ""}
+    apt = ["apt-get", *(f"-o{key}={value}" for key, value in settings.items())]
+    package = f"libpython{version}-dev"
+    try:
+        run([*apt, "update"])
+        run(["sh", "-c", 'cd "$0" && exec "$@"', folder, *apt, "download", package])
+    except Unreachable as error:
+        print(error, file=sys.stderr)
+        return None
+    parts = folder / "parts"
+    run(["dpkg-deb", "-x", next(folder.glob(f"{package}_*.deb")), parts])
+    _take_python(version, parts / "usr" / "include", include)
+    shutil.rmtree(parts)
+    return include
+
+
 # ---- One prefix -------------------------------------------------------------------------------------------------------
 
 def _unpack(downloads: Path, prefix: Path) -> None:
@@ -112,10 +142,7 @@ def _unpack(downloads: Path, prefix: Path) -> None:
         run(["dpkg-deb", "-x", deb, parts / "debian"])
     headers = parts / "debian" / "usr" / "include"
     shutil.copytree(headers / "embree4", prefix / "include" / "embree4")
-    python = prefix / "python3.13" / "include"
-    shutil.copytree(headers / "python3.13", python)
-    # Debian's pyconfig.h only includes that of the architecture.
-    shutil.copy2(headers / "x86_64-linux-gnu" / "python3.13" / "pyconfig.h", python / "pyconfig.h")
+    _take_python("3.13", headers, prefix / "python3.13" / "include")
 
     with tarfile.open(next(downloads.glob("openimageio-*.tar.gz"))) as archive:
         if hasattr(tarfile, "data_filter"):
@@ -135,6 +162,13 @@ def _unpack(downloads: Path, prefix: Path) -> None:
         shutil.copy2(path, prefix / "licenses" / name)
     (prefix / "licenses" / "OpenImageDenoise.txt").write_text(OIDN_LICENSE)
     shutil.rmtree(parts)
+
+
+def _take_python(version: str, headers: Path, include: Path) -> None:
+    """Copy the headers of Python from the folder of headers in Debian's package."""
+    shutil.copytree(headers / f"python{version}", include)
+    # Debian's pyconfig.h only includes that of the architecture.
+    shutil.copy2(headers / "x86_64-linux-gnu" / f"python{version}" / "pyconfig.h", include / "pyconfig.h")
 
 
 def unpack_opensubdiv(archive: Path, prefix: Path) -> None:

@@ -67,6 +67,10 @@ DecodedImage read(OIIO::ImageInput& input, const OIIO::ImageSpec& spec) {
     image.error = "is too large (" + std::to_string(spec.width) + " x " + std::to_string(spec.height) + ")";
     return image;
   }
+  if (spec.depth > 1) {  // the layers would be written one after the other
+    image.error = "is a volume of " + std::to_string(spec.depth) + " layers, not an image";
+    return image;
+  }
   image.width = spec.width;
   image.height = spec.height;
   image.channels = std::min(spec.nchannels, 4);

@@ -267,6 +267,35 @@ TEST(Texture, too_large_sizes_are_refused_before_memory_is_allocated) {
   EXPECT_NE(diagnostics[0].message.find("too large"), std::string::npos) << diagnostics[0].message;
 }
 
+/// A DDS file of the layers of a volume, 24 bits a texel.
+void write_dds_volume(const std::string& path, uint32_t side, uint32_t layers) {
+  constexpr uint32_t kCaps = 0x1, kHeight = 0x2, kWidth = 0x4, kPitch = 0x8, kFormat = 0x1000, kDepth = 0x800000;
+  constexpr uint32_t kRgb = 0x40, kComplex = 0x8, kTexture = 0x1000, kVolume = 0x200000;
+  std::vector<uint32_t> header(32, 0);
+  header[0] = 'D' | 'D' << 8 | 'S' << 16 | ' ' << 24;
+  header[1] = 124, header[2] = kCaps | kHeight | kWidth | kPitch | kFormat | kDepth;
+  header[3] = header[4] = side, header[5] = side * 3, header[6] = layers, header[7] = 1;
+  header[19] = 32, header[20] = kRgb, header[22] = 24, header[23] = 0xff0000, header[24] = 0xff00, header[25] = 0xff;
+  header[27] = kComplex | kTexture, header[28] = kVolume;
+  const std::vector<char> texels(size_t(side) * side * layers * 3, char(128));
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(header.data()), std::streamsize(header.size() * sizeof(uint32_t)));
+  file.write(texels.data(), std::streamsize(texels.size()));
+}
+
+TEST(Texture, volumes_in_image_files_are_refused) {
+  const Directory directory;
+  ImageDescription image;
+  image.name = "Layers";
+  image.path = directory.file("layers.dds");
+  write_dds_volume(image.path, 4, 1000);
+  Diagnostics diagnostics;
+  TextureStore store = store_of(image);
+  load(store, &diagnostics);
+  ASSERT_EQ(diagnostics.size(), 1u);
+  EXPECT_NE(diagnostics[0].message.find("is a volume of 1000 layers"), std::string::npos) << diagnostics[0].message;
+}
+
 TEST(Texture, pixels_that_are_not_finite_become_zero_and_are_counted) {
   TextureStore store = store_of(linear_pixels(2, 1, {NAN, 1, 1, 1, 0.5f, INFINITY, 0, 1}));
   Diagnostics diagnostics;
