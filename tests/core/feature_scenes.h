@@ -284,7 +284,7 @@ inline std::vector<TransportScene> feature_scenes() {
     foggy(d, add_medium(d, "ShaderNodeVolumeScatter", Color(0.8f, 0.9f, 0.9f), Vec2(0.2f, 3.0f), 0.3f), aside);
   });
   add("smoke_without_shadow", [&](SceneDescription& d) {
-    foggy(d, add_medium(d, "ShaderNodeVolumeScatter", Color(0.8f, 0.9f, 0.9f), Vec2(0.3f, 0.7f)), all);
+    foggy(d, add_medium(d, "ShaderNodeVolumeScatter", Color(0.8f, 0.9f, 0.9f), Vec2(0.6f, 1.4f)), all);
     d.objects.back().visibility &= ~kVisibleShadow;
   });
   add("overlapping_volumes", [&](SceneDescription& d) {

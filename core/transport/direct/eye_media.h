@@ -33,9 +33,11 @@ class EyeMedia {
     MediaEvent event = {};  ///< the last one
   };
 
-  /// `media`: null for none. `stack`: of the first ray; `seed`: of the random numbers.
-  EyeMedia(const Scene& scene, const PathMedia* media, const MediaStack& stack, uint64_t seed, uint64_t& rays)
-      : scene_(scene), rays_(rays) {
+  /// `media`: null for none. `stack`: of the first ray; `seed`: of the random numbers; `bounces`: how often volumes have
+  /// scattered the walk before.
+  EyeMedia(const Scene& scene, const PathMedia* media, const MediaStack& stack, uint64_t seed, uint64_t& rays,
+           int bounces = 0)
+      : scene_(scene), rays_(rays), depth_(bounces) {
     if (media) state_.emplace(State{media->media(), media->local_counters(), Pcg32(seed, 0x65796d64U), stack});
   }
   /// The volumes of a ray of the camera.

@@ -56,7 +56,7 @@ Color PhotonGatherer::light_without_photons(const ShadingPoint& from, const Bsdf
   if (!first || !(first->pdf_solid_angle > 0.0f)) return radiance;
   const Color beta = first->f_cos / first->pdf_solid_angle * rays;
   EyeWalk walk(scene_, scene_.spawn_ray(from, first->wi), rays_, from);
-  EyeMedia media(scene_, media_, stack_towards(from, place, first->wi), rng.next(), rays_);
+  EyeMedia media(scene_, media_, stack_towards(from, place, first->wi), rng.next(), rays_, place.media.bounces());
   media.count(scene_.depends_on_ray_kind() ? EyeMedia::Scattered::ByRayKind : EyeMedia::Scattered::None);
   count_bounce(*first, from, walk.point);
   radiance += follow_without_photons(walk, media, vertex_of({}, from, rough, *first), beta, rays, rng, beyond);

@@ -277,7 +277,8 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
                                                   Numbers numbers) {
   EyeWalk walk(scene_, scene_.spawn_ray(from, first.wi), rays_, from);
   EyeMedia media(scene_, media_, stack_towards(from, place, first.wi),
-                 hash_combine(hash_combine(pixel_, index_), numbers.dimension + uint32_t(gathered_)), rays_);
+                 hash_combine(hash_combine(pixel_, index_), numbers.dimension + uint32_t(gathered_)), rays_,
+                 place.media.bounces());
   media.guide(guide_);
   count_bounce(first, from, walk.point);
   const Incoming found = follow(walk, media, origin, throughput, depth, numbers);
@@ -305,6 +306,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
   for (uint32_t vertex = 0;; ++vertex) {
     const uint32_t base = dimension + kVertexDimensions * vertex;
     walk.trace();
+    const Vec3 from = walk.ray.origin;
     const auto add_met = [&](const LightMet& met) {
       emitted() += beta * met.radiance * media.to_lamp(walk, met) * weight_of_hit(met.light, met.position, met.normal);
     };
@@ -321,7 +323,10 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
       if (media.chose_direction()) straight = finds_all = true;
       if (step == EyeMedia::Step::Traced && !(result.distance > 0.0f) && point.ray_depth > first_depth)
         result.distance = glm::length(media.place() - start);
-      if (step == EyeMedia::Step::Traced) continue;
+      if (step == EyeMedia::Step::Traced) {
+        length += glm::length(walk.ray.origin - from);
+        continue;
+      }
     }
     if (straight && !walk.found()) walk.meet_distant(add_met);
     if (!walk.found()) break;
