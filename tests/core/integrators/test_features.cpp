@@ -19,13 +19,8 @@ const std::vector<TransportScene> kAllScenes = [] {
     return scene.name == "volume_in_glass" || scene.name == "hair_of_facets" || scene.name == "oval_hair";
   });
   scenes.push_back(subsurface_scene());
-  // Few photons keep the tests short; their blur is within the bias that the tests allow. The standard errors are those
-  // of the samples: 3000 photons have the same. In a medium around the camera, the blur of 1000 photons is 2 %.
-  for (TransportScene& scene : scenes) {
-    const bool foggy = scene.name == "fog_around_the_camera" || scene.name == "overlapping_volumes" ||
-                       scene.name == "smoke_without_shadow";
-    scene.description.settings.photons = foggy ? 3000 : 1000;
-  }
+  // Few photons keep the tests short; their blur is within the bias that the tests allow.
+  for (TransportScene& scene : scenes) scene.description.settings.photons = 1000;
   return scenes;
 }();
 
