@@ -141,8 +141,10 @@ BrightPixels bright_pixels_of(const Halves& halves, const std::vector<float>& li
                               const std::vector<float>& light_b, ImageSize size) {
   const ImageSize one_channel{size.width, size.height, 1};
   const std::vector<float> around = light_around(light_a, light_b, one_channel);
-  BrightPixels result{
-      by_chance_of(halves, bright_in(halves, around, kBright), one_channel), std::vector<float>(around.size()), {}};
+  const BrightInHalves bright = bright_in(halves, around, kBright);
+  BrightPixels result{by_chance_of(halves, bright, one_channel), std::vector<float>(around.size()), {}};
+  for_pixels(around.size(),
+             [&](size_t i) { result.detail[i] = bright.a[i] * bright.b[i] * (1.0f - result.by_chance[i]); });
   for (const float ratio : kRatios) add_details(bright_in(halves, around, ratio), one_channel, result.detail);
   result.detail_weight = weights_of(result, halves, light_a, light_b, one_channel);
   return result;

@@ -15,8 +15,8 @@ struct BrightPixels {
   /// 1 for pixels that are bright in both halves, but not more often than two independent halves are by chance, and not
   /// brighter than what one half has around; else 0. Their halves agree, so that they look like details.
   std::vector<float> by_chance;
-  /// 1 for pixels of small bright details: the halves have bright pixels in the same places more often than in places at
-  /// some distance; else 0.
+  /// 1 for pixels of small bright details, else 0: the halves have bright pixels in the same places more often than in
+  /// places at some distance; or both are bright in this pixel, and not by chance.
   std::vector<float> detail;
   /// Of a detail: the weight of the halves, e^2 / (e^2 + noise), with the energy e^2 of the denoiser's error and that of
   /// the noise over the pixels of details around; else 0.

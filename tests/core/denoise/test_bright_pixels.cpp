@@ -78,5 +78,18 @@ TEST(BrightPixels, details_that_both_halves_show_are_kept_and_single_coincidence
   EXPECT_EQ(result.detail_weight[30 * kWidth + 20], 0.0f);
 }
 
+TEST(BrightPixels, a_pixel_that_both_halves_show_is_a_detail_also_among_rare_light) {
+  for (uint64_t seed = 1; seed <= 3; ++seed) {
+    size_t bright = 0;
+    Halves halves = halves_with([](int, int) { return 0.05f; }, seed, bright);
+    constexpr size_t kPlace = 64 * kWidth + 64;
+    for (size_t c = 3 * kPlace; c < 3 * kPlace + 3; ++c) halves.a[c] = 200.0f, halves.b[c] = 190.0f;
+    const std::vector<float> dark(3 * kPixels, 0.1f);
+    const BrightPixels result = bright_pixels_of(halves, dark, dark, kSize);
+    EXPECT_EQ(result.detail[kPlace], 1.0f) << seed;
+    EXPECT_GT(result.detail_weight[kPlace], 0.9f) << seed;
+  }
+}
+
 }  // namespace
 }  // namespace ajar

@@ -286,6 +286,36 @@ TEST(Denoise, sparks_that_the_denoiser_removes_have_no_halo) {
   }
 }
 
+TEST(Denoise, a_bright_pixel_of_both_halves_among_rare_light_has_no_dark_ring) {
+  constexpr float kGround = 0.2f;
+  const std::vector<float> clean(kValues, kGround);
+  constexpr int kX = kWidth / 2, kY = kHeight / 2;
+  for (uint64_t seed = 1; seed <= 8; ++seed) {
+    Rendered r = rendered(clean, 4, seed);
+    Pcg32 rng(seed);
+    for (size_t i = 0; i < size_t(kWidth * kHeight); ++i)
+      for (size_t half = 0; half < 2; ++half) {
+        const bool is_detail = i == size_t(kY * kWidth + kX);
+        // Rare light leaves most pixels dark.
+        const float light = is_detail                  ? 17.0f + 3.0f * float(half)
+                            : rng.next_float() < 0.05f ? 3.0f + 9.0f * rng.next_float()
+                                                       : 0.05f;
+        for (size_t c = 0; c < 3; ++c) r.halves[6 * i + 3 * half + c] = light;
+      }
+    for (size_t i = 0; i < kValues; ++i) r.image[i] = 0.5f * (r.halves[i + i / 3 * 3] + r.halves[i + i / 3 * 3 + 3]);
+    const std::vector<float> shown = denoise(r.image, r.halves, kWidth, kHeight, [&](const std::vector<float>&) {
+                                       return clean;
+                                     }).image;
+    const auto at = [&](int x, int y) { return double(shown[3 * size_t(y * kWidth + x)]); };
+    double ring = 0.0;
+    for (int v = -1; v <= 1; ++v)
+      for (int u = -1; u <= 1; ++u)
+        if (u != 0 || v != 0) ring += at(kX + u, kY + v) / 8.0;
+    EXPECT_GT(at(kX, kY), 10.0) << "seed " << seed;
+    EXPECT_GT(ring, 0.6 * double(kGround)) << "seed " << seed;
+  }
+}
+
 TEST(Denoise, without_halves_the_image_of_the_denoiser_is_returned) {
   const std::vector<float> clean = truth();
   Rendered r = rendered(clean, 4, 9);
