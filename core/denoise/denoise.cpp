@@ -80,12 +80,16 @@ class Combination {
  private:
   void find_plane();
   void find_weights(int level);
+  /// Of a detail whose part in a finer plane counts, the part in this plane counts too. It has less noise. Alone, a fine
+  /// plane would be negative around a bright detail and leave a dark ring.
+  void follow_finer_weights(int level);
 
   int width_, height_;
   Residuals rest_, smooth_;       ///< the plane is their difference
   std::vector<float> by_chance_;  ///< the maximum over all pixels that reach this one in the plane
   std::vector<PlanePixel> plane_;
   std::vector<float> weights_;  ///< g, one for each pixel
+  std::vector<float> finer_;    ///< of the plane before, spread as far as its details reach in this plane
   std::vector<float> roots_, terms_, scratch_;
 };
 
@@ -96,6 +100,7 @@ Combination::Combination(Residuals residuals, std::vector<float> by_chance, int 
       by_chance_(std::move(by_chance)),
       plane_(size_t(width) * size_t(height)),
       weights_(plane_.size()),
+      finer_(plane_.size()),
       roots_(2 * plane_.size()),
       terms_(3 * plane_.size()) {}
 
@@ -148,6 +153,11 @@ void Combination::find_weights(int level) {
   });
 }
 
+void Combination::follow_finer_weights(int level) {
+  for_pixels(weights_.size(), [&](size_t i) { weights_[i] = std::max(weights_[i], finer_[i]); });
+  smooth(weights_, {width_, height_, 1}, 1 << level, finer_);
+}
+
 std::array<std::vector<float>, 2> Combination::significant_parts() {
   const ImageSize size{width_, height_, 3};
   const int planes = plane_count(width_, height_);
@@ -163,6 +173,7 @@ std::array<std::vector<float>, 2> Combination::significant_parts() {
     find_plane();
     if (level < kChancePlanes) square_max(by_chance_, {width_, height_, 1}, 2 << level, scratch_);
     find_weights(level);
+    follow_finer_weights(level);
     for_pixels(size.values(), [&](size_t i) {
       const float n = rest_.halves[i] - smooth_.halves[i];
       const float g = weights_[i / 3],

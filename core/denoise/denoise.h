@@ -13,7 +13,9 @@
 // window give both, without a model of the noise, so that the correlated noise of chains is treated correctly [James
 // and Stein 1961]. With the standard error s of the estimate p of e^2, p (1 - (2.5 s / p)^2) is used, and 0 if p < 2.5
 // s. Pixels whose halves differ far more than usual in the window count less, for g and in the sum. As the number of
-// samples grows, the noise vanishes and g becomes 1 wherever D is wrong: the image is consistent.
+// samples grows, the noise vanishes and g becomes 1 wherever D is wrong: the image is consistent. g_j is at least as
+// large as the mean of g_{j-1} around: the coarse part of a detail has less noise than its fine part, without which it
+// would have a dark ring.
 //
 // With the weights, each half alone gives an image G(A) = D(A) + sum of g_j * plane j of (A - D(A)), with 1 - g_j times
 // the plane of D - (D(A) + D(B)) / 2 in both, and the result is (G(A) + G(B)) / 2. Its variance is |G(A) - G(B)|^2 / 4.
