@@ -2,7 +2,9 @@
 // are written in older versions of the format. Writes valid images as that of fuzz_image. Usage: make_corpus SCENES IMAGES.
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 
 #include "description/archive.h"
@@ -202,6 +204,16 @@ void write_images(const std::string& folder) {
         std::vector<char> bytes = {0, 0};
         bytes.insert(bytes.end(), std::istreambuf_iterator<char>(written), {});
         std::ofstream(path, std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
+        if (ending != std::string("exr") || !floats) continue;
+        // The same with its rows before the file. The table of their only block is the number of the byte behind it.
+        for (size_t at = 2; at + sizeof(uint64_t) <= bytes.size(); ++at) {
+          uint64_t place;
+          std::memcpy(&place, &bytes[at], sizeof place);
+          if (place + 2 != at + sizeof place) continue;
+          std::fill_n(&bytes[at], sizeof place, char(-1));
+          std::ofstream(path + "_before", std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
+          break;
+        }
       }
 }
 

@@ -107,6 +107,22 @@ const char* name_for(const std::vector<uint8_t>& bytes) {
   return "packed.tga";
 }
 
+/// The bytes of a packed file. Reads from outside return less or nothing, as those of a file do. IOMemReader of
+/// OpenImageIO 2.4 reads the memory before them if an OpenEXR file says that its rows are at a negative place.
+class PackedBytes final : public OIIO::Filesystem::IOMemReader {
+ public:
+  using IOMemReader::IOMemReader;
+  size_t read(void* to, size_t count) override {
+    count = pread(to, count, m_pos);
+    m_pos += int64_t(count);
+    return count;
+  }
+  size_t pread(void* to, size_t count, int64_t from) override {
+    if (from < 0 || size_t(from) >= size()) return 0;
+    return IOMemReader::pread(to, std::min(count, size() - size_t(from)), from);
+  }
+};
+
 /// A file with the given bytes, which is deleted at the end of the scope, for readers that need a file.
 class TemporaryFile {
  public:
@@ -139,7 +155,7 @@ DecodedImage with_reader(const ImageDescription& image, Use&& use) {
     if (input) return use(*input);
   } else {
     const char* name = name_for(image.packed);
-    OIIO::Filesystem::IOMemReader memory(image.packed.data(), image.packed.size());
+    PackedBytes memory(image.packed.data(), image.packed.size());
     const auto reader = OIIO::ImageInput::create(name, false, &config, &memory);
     if (reader && reader->supports("ioproxy")) {
       // Set on the reader itself, because the function open() first looks for a file of that name.
