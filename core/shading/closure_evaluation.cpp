@@ -116,12 +116,12 @@ void ScatteringBuilder::add(const Closure& closure) const {
   if (closure.tangent != kNoOperand)
     inputs.tangent = load3(operand(closure.tangent, values.registers, values.constants));
   const Color color = inputs.base_color * weight;
+  const Vec3 kept_normal = inputs.keeps_normal ? inputs.diffuse_normal : inputs.normal;
   const closures::Facets facets{inputs.distribution, inputs.roughness, inputs.correlated};
   switch (closure.kind) {
     case ClosureKind::Diffuse:
-      closures::add_diffuse(out.bsdf, surface, color, inputs.keeps_normal ? inputs.diffuse_normal : inputs.normal,
-                            inputs.roughness, inputs.multiple_scattering ? inputs.base_color : Color(0.0f),
-                            inputs.keeps_normal);
+      closures::add_diffuse(out.bsdf, surface, color, kept_normal, inputs.roughness,
+                            inputs.multiple_scattering ? inputs.base_color : Color(0.0f), inputs.keeps_normal);
       break;
     case ClosureKind::Translucent: closures::add_translucent(out.bsdf, surface, color, inputs.normal); break;
     case ClosureKind::Glossy:
@@ -132,7 +132,9 @@ void ScatteringBuilder::add(const Closure& closure) const {
         closures::add_metallic(out.bsdf, Color(weight), inputs.normal, facets, inputs.anisotropy(),
                                {inputs.is_conductor, inputs.base_color, inputs.specular_tint_color, inputs.film});
       break;
-    case ClosureKind::Sheen: closures::add_sheen(out.bsdf, color, inputs.normal, inputs.roughness); break;
+    case ClosureKind::Sheen:
+      closures::add_sheen(out.bsdf, color, kept_normal, inputs.roughness, inputs.keeps_normal);
+      break;
     case ClosureKind::Refraction:
       if (refractive) closures::add_refraction(out.bsdf, surface, color, inputs.normal, boundary_of(inputs));
       break;
@@ -150,13 +152,13 @@ void ScatteringBuilder::add(const Closure& closure) const {
       }
       closures::add_principled(out.bsdf, surface, Color(weight), inputs);
       break;
-    case ClosureKind::Velvet: closures::add_velvet(out.bsdf, surface, color, inputs.normal, inputs.roughness); break;
+    case ClosureKind::Velvet: closures::add_velvet(out.bsdf, surface, color, kept_normal, inputs.roughness); break;
     case ClosureKind::ToonDiffuse:
     case ClosureKind::ToonGlossy: {
       const bool glossy = closure.kind == ClosureKind::ToonGlossy;
       if (reflective || !glossy)
-        closures::add_toon(out.bsdf, surface, color, inputs.normal, glossy, inputs.roughness,
-                           inputs.transmission_roughness);
+        closures::add_toon(out.bsdf, surface, color, kept_normal, glossy, inputs.roughness,
+                           inputs.transmission_roughness, inputs.keeps_normal);
       break;
     }
     case ClosureKind::Subsurface:

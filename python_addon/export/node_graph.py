@@ -434,6 +434,12 @@ def _attribute(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, 
     return []
 
 
+def _color_attribute(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    """Meshes have all their colours; curves and point clouds only what is asked for."""
+    context.attribute_names |= {node.layer_name} - {""}
+    return []
+
+
 def _tangent(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
     """A tangent or a vector displacement: ask for the tangents of its UV map."""
     if getattr(node, "space", "TANGENT") == "TANGENT" and getattr(node, "direction_type", "UV_MAP") == "UV_MAP":
@@ -482,6 +488,8 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeVectorTransform": _vector_transform,
     "ShaderNodeTexVoronoi": _voronoi,
     "ShaderNodeBsdfDiffuse": _diffuse,
+    "ShaderNodeBsdfSheen": _bumped,
+    "ShaderNodeBsdfToon": _bumped,
     "ShaderNodeBump": _bumped,
     "ShaderNodeDisplacement": _displacement,
     "ShaderNodeBsdfGlossy": _facets,
@@ -494,6 +502,7 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeNewGeometry": _geometry,
     "ShaderNodeAmbientOcclusion": _distance_of_world,
     "ShaderNodeAttribute": _attribute,
+    "ShaderNodeVertexColor": _color_attribute,
     "ShaderNodeRaycast": _raycast,
     "ShaderNodeNormalMap": _normal_map,
     "ShaderNodeTangent": _tangent,

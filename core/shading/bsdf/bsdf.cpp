@@ -84,7 +84,9 @@ float Bsdf::importance_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const {
 }
 
 bool Bsdf::is_bumped(const Lobe& lobe) const {
-  return lobe.frame.n != n && is_diffuse(lobe.kind) && lobe.frame.n != bump_base;
+  // Cycles counts velvet as glossy here, and transmitted light does not fade.
+  const bool fades = is_diffuse(lobe.kind) && lobe.kind != LobeKind::Velvet && lobe.kind != LobeKind::Translucent;
+  return fades && lobe.frame.n != n && lobe.frame.n != bump_base;
 }
 
 /// The weights contain the dimming by the layers for the wo of the makers. Importance needs it for the eye at wi.
@@ -402,7 +404,7 @@ std::array<Color, 3> Bsdf::f_cos_of_kinds(Vec3 wo, Vec3 wi) const {
     const LobeValue value = evaluate_lobe(lobe, wo, wi, side > 0.0f, TransportMode::Radiance, flipped);
     if (!(value.pdf_solid_angle > 0.0f)) continue;
     const bool diffuse = is_diffuse(lobe.kind);
-    const float shadowing = diffuse && lobe.frame.n != n ? bump_shadowing(bump_terminator, n, lobe.frame.n, wi) : 1.0f;
+    const float shadowing = is_bumped(lobe) ? bump_shadowing(bump_terminator, bump_base, lobe.frame.n, wi) : 1.0f;
     const bool transmitted = is_fiber(lobe.kind) ? lobe.kind == LobeKind::HairTransmission : side < 0.0f;
     kinds[diffuse ? 0 : transmitted ? 2 : 1] += value.f_cos * shadowing;
   }

@@ -129,7 +129,7 @@ struct Lobe {
   FresnelKind fresnel = FresnelKind::None;
   NormalFresnel normal_fresnel = NormalFresnel::None;  ///< factor: reflectance of `eta` at n (glass: split there)
   Compensation compensation = Compensation::None;      ///< its colour is `multiple_scattering`
-  bool ignores_eye = false;         ///< Diffuse: the eye may be behind the normal, which is not bent to it; fibres
+  bool ignores_eye = false;         ///< diffuse: the eye may be behind the normal, which is not bent to it; fibres
   bool correlated = false;          ///< masking and shadowing depend on each other (Blender 4.0 and later)
   bool delta = false;               ///< value of is_delta(), set by Bsdf::add
   bool subsurface = false;          ///< represents light that enters here and leaves elsewhere (SubsurfaceMedium)

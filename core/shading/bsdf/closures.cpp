@@ -80,10 +80,12 @@ void add_velvet(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, float sig
   bsdf.add(lobe);
 }
 
-void add_toon(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, bool glossy, float size, float smooth) {
+void add_toon(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, bool glossy, float size, float smooth,
+              bool keeps_normal) {
   Lobe lobe = make_lobe(glossy ? LobeKind::ToonGlossy : LobeKind::ToonDiffuse, weight, normal);
   lobe.alpha_x = saturate(size) * 0.5f * kPi;
   lobe.alpha_y = saturate(smooth) * 0.5f * kPi;
+  lobe.ignores_eye = keeps_normal && !glossy;
   if (lobe.alpha_x + lobe.alpha_y > 0.0f) bsdf.add(lobe);
 }
 
@@ -211,8 +213,9 @@ void add_metallic(Bsdf& bsdf, Color weight, Vec3 normal, const Facets& facets, c
   bsdf.add(lobe);
 }
 
-void add_sheen(Bsdf& bsdf, Color weight, Vec3 normal, float roughness) {
+void add_sheen(Bsdf& bsdf, Color weight, Vec3 normal, float roughness, bool keeps_normal) {
   Lobe lobe = make_lobe(LobeKind::MicrofiberSheen, weight, normal);
+  lobe.ignores_eye = keeps_normal;
   lobe.roughness = saturate(roughness);
   bsdf.add(lobe);
 }

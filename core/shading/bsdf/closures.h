@@ -51,14 +51,15 @@ struct Metal {
 void add_metallic(Bsdf& bsdf, Color weight, Vec3 normal, const Facets& facets, const Anisotropy& anisotropy,
                   const Metal& metal, uint8_t layers = 0);
 /// Microfibers (Blender 4.0 and later).
-void add_sheen(Bsdf& bsdf, Color weight, Vec3 normal, float roughness);
+void add_sheen(Bsdf& bsdf, Color weight, Vec3 normal, float roughness, bool keeps_normal = false);
 void add_refraction(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const RoughBoundary& boundary);
 void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const RoughBoundary& boundary,
                bool reflects = true, bool refracts = true);
 
 void add_velvet(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, float sigma);
 /// `size` and `smooth` are the values of the sockets, 0 to 1, as fractions of a right angle.
-void add_toon(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, bool glossy, float size, float smooth);
+void add_toon(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, bool glossy, float size, float smooth,
+              bool keeps_normal = false);
 /// Light enters the surface, scatters in `medium` and leaves elsewhere. Integrators that cannot follow it see a diffuse
 /// lobe. Channels with a negligible radius become diffuse. `layers` are those of the Bsdf that cover the closure.
 void add_subsurface(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const SubsurfaceMedium& medium,

@@ -5,6 +5,7 @@
 
 #include "math/warps.h"
 #include "shading/bsdf/compensation.h"
+#include "shading/bsdf/diffuse_lobes.h"
 #include "shading/bsdf/hair.h"
 #include "shading/bsdf/thin_film.h"
 #include "shading/models/albedo_table.h"
@@ -28,21 +29,6 @@ float eta_from(const Lobe& lobe, bool flipped) {
 }
 
 bool is_index_matched(float eta) { return std::abs(eta - 1.0f) < 1e-4f; }
-
-Color rough_diffuse(const Lobe& lobe, float cos_o, float cos_i, float cos_between) {
-  const OrenNayar model(lobe.roughness);
-  return lobe.weight * (model.single(cos_o, cos_i, cos_between) + model.multiple(lobe.f0, cos_o, cos_i));
-}
-
-/// A diffuse lobe for which only the light has to be above the normal. In importance the eye is at wi.
-LobeValue diffuse_for_any_eye(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode mode) {
-  const float cos_o = glm::dot(lobe.frame.n, wo), cos_i = glm::dot(lobe.frame.n, wi);
-  if (!((mode == TransportMode::Radiance ? cos_i : cos_o) > 0.0f)) return {};
-  const float above_o = std::max(cos_o, 0.0f), above_i = std::max(cos_i, 0.0f);
-  const Color f = lobe.roughness > 0.0f ? rough_diffuse(lobe, above_o, above_i, glm::dot(wo, wi))
-                                        : lobe.weight * kInvPi;
-  return {f * std::abs(cos_i), above_i * kInvPi};
-}
 
 /// The reflectance of a facet by a kind of Fresnel curve.
 Color fresnel_color(const Lobe& lobe, FresnelKind kind, float cosine, float eta) {
@@ -86,18 +72,6 @@ Split split_glass(const Lobe& lobe, float cos_facet, float cos_normal, float eta
     split.probability_reflected = std::clamp(r / (r + t), 0.5f * f, 0.5f + 0.5f * f);
   if (!at_normal && f >= 1.0f) split.probability_reflected = 1.0f;
   return split;
-}
-
-LobeValue microfiber(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode mode) {
-  const Vec3 n = lobe.frame.n;
-  const float cos_o = glm::dot(n, wo), cos_i = glm::dot(n, wi);
-  const sheen::Microfiber for_wo(lobe.roughness, cos_o);
-  const float pdf = for_wo.density(Frame(n, wo).to_local(wi));
-  if (mode == TransportMode::Radiance) return {lobe.weight * (for_wo.albedo * pdf), pdf};
-  // The eye is at wi, and the cosine of the light is exchanged for that of wi.
-  const sheen::Microfiber for_wi(lobe.roughness, cos_i);
-  const float value = for_wi.albedo * for_wi.density(Frame(n, wi).to_local(wo));
-  return {lobe.weight * (value * cos_i / cos_o), pdf};
 }
 
 float density_of_normal(const Lobe& lobe, Vec3 m) {
@@ -313,7 +287,7 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
   const float cos_o = glm::dot(lobe.frame.n, wo), cos_i = glm::dot(lobe.frame.n, wi);
   if (lobe.ignores_eye) [[unlikely]] {
     if (is_fiber(lobe.kind)) return hair::evaluate(lobe, wo, wi, mode, flipped);
-    return reflection ? diffuse_for_any_eye(lobe, wo, wi, mode) : LobeValue{};
+    return reflection ? for_any_eye(lobe, wo, wi, mode) : LobeValue{};
   }
   if (!(cos_o > 0.0f) || (reflection ? !(cos_i > 0.0f) : !(cos_i < 0.0f))) return {};
   const auto cosine_lobe = [&](float f) { return LobeValue{lobe.weight * (f * cos_i), cos_i * kInvPi}; };
@@ -339,19 +313,16 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
       return {lobe.weight * (sheen::velvet(lobe.roughness, lobe.frame.n, wo, wi) * cos_i),
               warp::hemisphere_pdf_solid_angle()};
     case LobeKind::ToonDiffuse:
+      if (!reflection) return {};
+      return toon_diffuse(lobe, wo, wi, mode);
     case LobeKind::ToonGlossy: {
       if (!reflection) return {};
       // The cosine between the light's direction and the axis of the cone. For importance, the light is at wo, and f is
       // multiplied by the cosine of the other direction.
-      const bool glossy = lobe.kind == LobeKind::ToonGlossy, radiance = mode == TransportMode::Radiance;
       const float mirrored = 2.0f * cos_o * cos_i - glm::dot(wo, wi);
-      const float value = toon::value(glossy     ? mirrored
-                                      : radiance ? cos_i
-                                                 : cos_o,
-                                      lobe.alpha_x, lobe.alpha_y) *
-                          (radiance ? 1.0f : cos_i / cos_o);
-      const float pdf = toon::pdf_solid_angle(glossy ? mirrored : cos_i, lobe.alpha_x, lobe.alpha_y);
-      return {lobe.weight * value, glossy ? pdf : 0.5f * (pdf + cos_i * kInvPi)};
+      const float value = toon::value(mirrored, lobe.alpha_x, lobe.alpha_y) *
+                          (mode == TransportMode::Radiance ? 1.0f : cos_i / cos_o);
+      return {lobe.weight * value, toon::pdf_solid_angle(mirrored, lobe.alpha_x, lobe.alpha_y)};
     }
     case LobeKind::Translucent:
       if (reflection) return {};

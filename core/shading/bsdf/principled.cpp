@@ -152,7 +152,9 @@ Color transmission_f0(const PrincipledInputs& in) {
 
 void add_sheen_v2(Bsdf& bsdf, const Surface& surface, Below& below, const PrincipledInputs& in) {
   Lobe lobe = make_lobe(LobeKind::MicrofiberSheen, below.weight * in.sheen * glm::max(in.sheen_tint_color, 0.0f),
-                        glm::normalize(glm::mix(in.normal, in.clearcoat_normal, saturate(in.clearcoat))));
+                        glm::normalize(glm::mix(in.keeps_normal ? in.diffuse_normal : in.normal, in.clearcoat_normal,
+                                                saturate(in.clearcoat))));
+  lobe.ignores_eye = in.keeps_normal;
   lobe.roughness = saturate(in.sheen_roughness);
   add_covering(bsdf, surface, below, lobe, 0.0f, Color(1.0f));
 }

@@ -32,13 +32,18 @@ void thin_film(ClosureWriter& w) {
   w.number(offsetof(Inputs, film.ior), "Thin Film IOR", 1.33f);
 }
 
+/// The normal of a closure that is not bent towards the eye since Blender 4.0.
+void kept_normal(ProgramBuilder& b, int node, ClosureWriter& w) {
+  w.closure.inputs.keeps_normal = b.number(node, "keeps_normal") != 0.0f;
+  w.normal("Normal", w.closure.normal);
+}
+
 void diffuse(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
   ClosureWriter w(b, node, ClosureKind::Diffuse, weight);
   w.color(offsetof(Inputs, base_color), "Color", ::ajar::Color(0.8f));
   w.number(offsetof(Inputs, roughness), "Roughness", 0.0f);
   w.closure.inputs.multiple_scattering = b.number(node, "multiple_scattering") != 0.0f;
-  w.closure.inputs.keeps_normal = b.number(node, "keeps_normal") != 0.0f;
-  w.normal("Normal", w.closure.normal);
+  kept_normal(b, node, w);
   out.push_back(std::move(w.closure));
 }
 
@@ -80,7 +85,7 @@ void velvet_with(ProgramBuilder& b, int node, const char* sigma, Value weight, s
   ClosureWriter w(b, node, ClosureKind::Velvet, weight);
   w.color(offsetof(Inputs, base_color), "Color", ::ajar::Color(0.8f));
   w.number(offsetof(Inputs, roughness), sigma, 1.0f);
-  w.normal("Normal", w.closure.normal);
+  kept_normal(b, node, w);
   out.push_back(std::move(w.closure));
 }
 void velvet(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
@@ -95,7 +100,7 @@ void sheen(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out)
   ClosureWriter w(b, node, ClosureKind::Sheen, weight);
   w.color(offsetof(Inputs, base_color), "Color", ::ajar::Color(0.8f));
   w.number(offsetof(Inputs, roughness), "Roughness", 0.5f);
-  w.normal("Normal", w.closure.normal);
+  kept_normal(b, node, w);
   out.push_back(std::move(w.closure));
 }
 
@@ -128,7 +133,7 @@ void toon(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) 
   w.color(offsetof(Inputs, base_color), "Color", ::ajar::Color(0.8f));
   w.number(offsetof(Inputs, roughness), "Size", 0.5f);
   w.number(offsetof(Inputs, transmission_roughness), "Smooth", 0.0f);
-  w.normal("Normal", w.closure.normal);
+  kept_normal(b, node, w);
   out.push_back(std::move(w.closure));
 }
 

@@ -76,6 +76,20 @@ def test_points_of_geometry_nodes_are_a_point_cloud(cloud, export, build):
     assert np.allclose(np.array(shown.world_from_object).reshape(3, 4)[:, 3], (3, 2, 1))
 
 
+def test_colors_that_a_material_reads_by_name_are_exported(cloud, export, build):
+    tree, _points, attribute, _thing = cloud
+    material = reading(build, "other")
+    nodes = material.node_tree.nodes
+    color = nodes.new("ShaderNodeVertexColor")
+    color.layer_name = "heat"
+    material.node_tree.links.new(color.outputs["Color"], next(node for node in nodes if node.type == "BSDF_DIFFUSE").inputs["Color"])
+    attribute.data_type = "FLOAT_COLOR"
+    assign(tree, material)
+    mesh, = clouds_of(export())
+    heat, = mesh.attributes
+    assert heat.name == "heat" and np.array(heat.values).size == 4 * 4
+
+
 def test_attributes_are_exported_only_if_a_material_reads_them(cloud, export):
     mesh, = clouds_of(export())
     assert not mesh.attributes

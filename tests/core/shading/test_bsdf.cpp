@@ -385,6 +385,56 @@ TEST(Bsdf, a_diffuse_lobe_that_keeps_its_normal_is_lit_even_if_the_eye_is_behind
   EXPECT_GT(behind, 20);
 }
 
+TEST(Bsdf, sheen_and_toon_lobes_that_keep_their_normal_are_seen_from_behind_it) {
+  const Vec3 ng(0, 0, 1);
+  for (const bool toon : {false, true}) {
+    const auto with_normal = [&](Vec3 normal, Vec3 eye) {
+      Bsdf bsdf;
+      bsdf.start(ng, ng);
+      if (toon)
+        closures::add_toon(bsdf, {eye, ng, false}, Color(1.0f), normal, false, 0.8f, 0.1f, true);
+      else
+        closures::add_sheen(bsdf, Color(1.0f), normal, 0.5f, true);
+      bsdf.prepare(eye);
+      return bsdf;
+    };
+    Pcg32 rng(5);
+    int behind = 0;
+    for (int i = 0; i < 400; ++i) {
+      const Vec3 eye = direction(0.1f + 0.8f * rng.next_float(), 6.0f * rng.next_float()),
+                 light = direction(0.1f + 0.8f * rng.next_float(), 6.0f * rng.next_float());
+      const Bsdf bsdf = with_normal(glm::normalize(ng + 1.5f * uniform_direction(rng)), eye);
+      const Color radiance = bsdf.evaluate(eye, light).f_cos,
+                  importance = bsdf.evaluate(light, eye, TransportMode::Importance).f_cos *
+                               shading_normal_correction(bsdf, light, eye);
+      expect_close(radiance * eye.z / light.z, importance, 2e-3f, "");
+      behind += glm::dot(bsdf.lobe(0).frame.n, eye) < 0.0f && radiance.x > 1e-3f;
+    }
+    EXPECT_GT(behind, 20) << toon;
+    // As in Cycles, all eyes below the normal see the same: sheen as from the horizon.
+    const Vec3 tilted = direction(0.45f, kPi), light = direction(0.88f, 2.0f);
+    const float low = with_normal(tilted, direction(0.17f, 0.0f)).evaluate(direction(0.17f, 0.0f), light).f_cos.x,
+                high = with_normal(tilted, direction(0.6f, 0.0f)).evaluate(direction(0.6f, 0.0f), light).f_cos.x;
+    EXPECT_GT(low, 0.0f) << toon;
+    EXPECT_NEAR(low, high, 1e-5f) << toon;
+  }
+}
+
+TEST(Bsdf, translucent_and_velvet_lobes_do_not_fade_at_the_bump_terminator) {
+  const Vec3 ng(0, 0, 1), tilted = direction(0.76f, 0.0f), eye = direction(0.95f, 0.0f),
+                          below = -direction(0.27f, 0.0f);
+  Bsdf translucent, velvet, plain_velvet;
+  for (Bsdf* bsdf : {&translucent, &velvet}) bsdf->start(ng, ng);
+  plain_velvet.start(tilted, tilted);
+  closures::add_translucent(translucent, {eye, ng, false}, Color(1.0f), tilted);
+  EXPECT_NEAR(translucent.evaluate(eye, below).f_cos.x, -glm::dot(tilted, below) * kInvPi, 1e-5f);
+  const Vec3 light = direction(0.2f, 0.0f), side = direction(0.3f, 1.57f);
+  closures::add_velvet(velvet, {eye, ng, false}, Color(1.0f), tilted, 0.6f);
+  closures::add_velvet(plain_velvet, {eye, tilted, false}, Color(1.0f), tilted, 0.6f);
+  EXPECT_GT(velvet.evaluate(side, light).f_cos.x, 0.0f);
+  EXPECT_EQ(velvet.evaluate(side, light).f_cos, plain_velvet.evaluate(side, light).f_cos);
+}
+
 TEST(Bsdf, lobes_of_hair_are_finite_for_extreme_inputs) {
   Pcg32 rng(6);
   const Vec3 ng(0, 0, 1), tangent(1, 0, 0);
