@@ -8,7 +8,7 @@ import tomllib
 
 import isolate
 
-MAX_MEGABYTES = 75   # 44 of them are the weights of Open Image Denoise
+MAX_MEGABYTES = 92   # 44 of them are the weights of Open Image Denoise, and 17 to 18 the modules of one Python for two levels of x86-64
 FOUND_AT_RUN_TIME = {"libajar_OpenImageDenoise.so", "libOpenImageDenoise_device_cpu.so.2.5.1"}
 NEWEST_GLIBC = (2, 35)
 NEWEST_LIBSTDCXX = (3, 4, 25)   # the version of GCC 8, as on the system for which official Blender is built (VFX platform, glibc 2.28)
