@@ -111,16 +111,16 @@ void ScatteringBuilder::add(const Closure& closure) const {
   if (!(weight > 0.0f)) return;
   closures::PrincipledInputs inputs = closure.inputs;
   apply_patches(closure, values.registers, inputs);
-  inputs.normal = normal_of(closure.normal);
+  inputs.normal = inputs.diffuse_normal = normal_of(closure.normal);
   if (inputs.keeps_normal) set_diffuse_normal(closure, inputs);
+  const Vec3 kept = inputs.diffuse_normal;
   if (closure.tangent != kNoOperand)
     inputs.tangent = load3(operand(closure.tangent, values.registers, values.constants));
   const Color color = inputs.base_color * weight;
-  const Vec3 kept_normal = inputs.keeps_normal ? inputs.diffuse_normal : inputs.normal;
   const closures::Facets facets{inputs.distribution, inputs.roughness, inputs.correlated};
   switch (closure.kind) {
     case ClosureKind::Diffuse:
-      closures::add_diffuse(out.bsdf, surface, color, kept_normal, inputs.roughness,
+      closures::add_diffuse(out.bsdf, surface, color, kept, inputs.roughness,
                             inputs.multiple_scattering ? inputs.base_color : Color(0.0f), inputs.keeps_normal);
       break;
     case ClosureKind::Translucent: closures::add_translucent(out.bsdf, surface, color, inputs.normal); break;
@@ -132,9 +132,7 @@ void ScatteringBuilder::add(const Closure& closure) const {
         closures::add_metallic(out.bsdf, Color(weight), inputs.normal, facets, inputs.anisotropy(),
                                {inputs.is_conductor, inputs.base_color, inputs.specular_tint_color, inputs.film});
       break;
-    case ClosureKind::Sheen:
-      closures::add_sheen(out.bsdf, color, kept_normal, inputs.roughness, inputs.keeps_normal);
-      break;
+    case ClosureKind::Sheen: closures::add_sheen(out.bsdf, color, kept, inputs.roughness, inputs.keeps_normal); break;
     case ClosureKind::Refraction:
       if (refractive) closures::add_refraction(out.bsdf, surface, color, inputs.normal, boundary_of(inputs));
       break;
@@ -152,15 +150,14 @@ void ScatteringBuilder::add(const Closure& closure) const {
       }
       closures::add_principled(out.bsdf, surface, Color(weight), inputs);
       break;
-    case ClosureKind::Velvet: closures::add_velvet(out.bsdf, surface, color, kept_normal, inputs.roughness); break;
+    case ClosureKind::Velvet: closures::add_velvet(out.bsdf, surface, color, kept, inputs.roughness); break;
+    case ClosureKind::ToonGlossy:
+      if (!reflective) break;
+      [[fallthrough]];
     case ClosureKind::ToonDiffuse:
-    case ClosureKind::ToonGlossy: {
-      const bool glossy = closure.kind == ClosureKind::ToonGlossy;
-      if (reflective || !glossy)
-        closures::add_toon(out.bsdf, surface, color, kept_normal, glossy, inputs.roughness,
-                           inputs.transmission_roughness, inputs.keeps_normal);
+      closures::add_toon(out.bsdf, color, kept, closure.kind == ClosureKind::ToonGlossy, inputs.roughness,
+                         inputs.transmission_roughness, inputs.keeps_normal);
       break;
-    }
     case ClosureKind::Subsurface:
       if (may_enter(inputs)) {
         out.medium = closures::make_medium({inputs.subsurface_method, inputs.base_color,

@@ -55,14 +55,13 @@ inline std::vector<Material> all_materials() {
        {std::tuple(0.5f, 0.0f, "sharp"), {0.4f, 0.3f, "smooth"}, {0.9f, 0.5f, "wide"}}) {
     list.push_back({std::string("toon_diffuse_") + label,
                     [=, size = size, smooth = smooth](Bsdf& b, const Surface& s) {
-                      add_toon(b, s, white, s.ng, false, size, smooth);
+                      add_toon(b, white, s.ng, false, size, smooth);
                     },
                     false, false, 1000.0f});
-    list.push_back({std::string("toon_glossy_") + label,
-                    [=, size = size, smooth = smooth](Bsdf& b, const Surface& s) {
-                      add_toon(b, s, white, s.ng, true, size, smooth);
-                    },
-                    false, false, 1000.0f});
+    list.push_back(
+        {std::string("toon_glossy_") + label,
+         [=, size = size, smooth = smooth](Bsdf& b, const Surface& s) { add_toon(b, white, s.ng, true, size, smooth); },
+         false, false, 1000.0f});
   }
 
   const std::pair<const char*, Distribution> distributions[] = {{"ggx", Distribution::Ggx},

@@ -80,8 +80,7 @@ void add_velvet(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, float sig
   bsdf.add(lobe);
 }
 
-void add_toon(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, bool glossy, float size, float smooth,
-              bool keeps_normal) {
+void add_toon(Bsdf& bsdf, Color weight, Vec3 normal, bool glossy, float size, float smooth, bool keeps_normal) {
   Lobe lobe = make_lobe(glossy ? LobeKind::ToonGlossy : LobeKind::ToonDiffuse, weight, normal);
   lobe.alpha_x = saturate(size) * 0.5f * kPi;
   lobe.alpha_y = saturate(smooth) * 0.5f * kPi;

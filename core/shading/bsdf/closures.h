@@ -58,8 +58,7 @@ void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, co
 
 void add_velvet(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, float sigma);
 /// `size` and `smooth` are the values of the sockets, 0 to 1, as fractions of a right angle.
-void add_toon(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, bool glossy, float size, float smooth,
-              bool keeps_normal = false);
+void add_toon(Bsdf& bsdf, Color weight, Vec3 normal, bool glossy, float size, float smooth, bool keeps_normal = false);
 /// Light enters the surface, scatters in `medium` and leaves elsewhere. Integrators that cannot follow it see a diffuse
 /// lobe. Channels with a negligible radius become diffuse. `layers` are those of the Bsdf that cover the closure.
 void add_subsurface(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const SubsurfaceMedium& medium,
@@ -114,8 +113,9 @@ struct PrincipledInputs {
   bool is_conductor = false;          ///< metallic closures: base_color and specular_tint_color are n and k
   bool multiple_scattering = false;   ///< rough diffuse closures: light bounces between facets (Blender 4.3 and later)
   Vec3 normal{0, 0, 1}, clearcoat_normal{0, 0, 1}, tangent{1, 0, 0};
-  Vec3 diffuse_normal{0, 0, 1};  ///< of diffuse lobes, if `keeps_normal`
-  bool keeps_normal = false;     ///< diffuse lobes have a normal that is not bent towards the eye (Blender 4.0)
+  /// Of diffuse and toon lobes, sheen and velvet: not bent towards the eye, if `keeps_normal` (Blender 4.0).
+  Vec3 diffuse_normal{0, 0, 1};
+  bool keeps_normal = false;
   bool reflective_caustics = true, refractive_caustics = true;  ///< these lobes are allowed after a diffuse bounce
 
   Anisotropy anisotropy() const { return {tangent, anisotropic, anisotropic_rotation}; }

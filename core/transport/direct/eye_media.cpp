@@ -57,6 +57,7 @@ EyeMedia::Step EyeMedia::meet(EyeWalk& walk, const Along& how, Color& beta, Ligh
   if (!program.only_encloses()) return Step::Surface;
   if (++bounds_ > kMaxVolumeBounds || !walk.arrive()) return Step::End;
   s.media.cross(walk.hit, !point.backfacing, s.stack, s.counters);
+  way_ += walk.hit.t;
   walk.pass_uncounted();
   return Step::Traced;
 }
@@ -79,6 +80,7 @@ bool EyeMedia::scatter(EyeWalk& walk, Color& beta) {
 void EyeMedia::leave_along(EyeWalk& walk, const PhaseSample& sample) {
   pdf_ = sample.pdf_phase;
   plain_ *= sample.pdf_phase / sample.pdf;
+  way_ += state_->event.t;
   ++walk.point.ray_depth;
   ++depth_;
   walk.point.ray_kind = kRayVolumeScatter;

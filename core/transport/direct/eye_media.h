@@ -100,6 +100,8 @@ class EyeMedia {
   }
   /// A surface has chosen the direction.
   void scattered_at_surface() { chose_ = false; }
+  /// The length of the rays that ended where volumes scattered the walk, or at their bounds.
+  float way() const { return way_; }
   /// How often volumes have scattered the walk.
   int bounces() const { return depth_; }
   /// A volume bounce limit is reached.
@@ -114,7 +116,7 @@ class EyeMedia {
   int depth_ = 0, bounds_ = 0;
   bool chose_ = false;
   Scattered scattered_ = Scattered::All;
-  float pdf_ = 0.0f;
+  float pdf_ = 0.0f, way_ = 0.0f;
   float plain_ = kPlainShareOfPaths;  ///< probability that phase functions alone chose the directions, given these
   uint32_t receiver_set_ = kEveryLight;
   Vec3 place_{0.0f};

@@ -302,11 +302,10 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
   const WalkHitWeight weight_of_hit{scene_, direct_, media, walk, origin};
   // Straight: no sharp bounce, after which light is a caustic of the map, unless media, hair or points scatter it.
   bool straight = true, finds_all = false;
-  float length = 0.0f;
+  float length = -media.way();
   for (uint32_t vertex = 0;; ++vertex) {
     const uint32_t base = dimension + kVertexDimensions * vertex;
     walk.trace();
-    const Vec3 from = walk.ray.origin;
     const auto add_met = [&](const LightMet& met) {
       emitted() += beta * met.radiance * media.to_lamp(walk, met) * weight_of_hit(met.light, met.position, met.normal);
     };
@@ -323,10 +322,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
       if (media.chose_direction()) straight = finds_all = true;
       if (step == EyeMedia::Step::Traced && !(result.distance > 0.0f) && point.ray_depth > first_depth)
         result.distance = glm::length(media.place() - start);
-      if (step == EyeMedia::Step::Traced) {
-        length += glm::length(walk.ray.origin - from);
-        continue;
-      }
+      if (step == EyeMedia::Step::Traced) continue;
     }
     if (straight && !walk.found()) walk.meet_distant(add_met);
     if (!walk.found()) break;
@@ -334,7 +330,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     length += walk.hit.t;
     walk.shade();
     if (!(result.distance > 0.0f) && !shading.bsdf.is_clear())
-      result.distance = vertex == 0 ? length : glm::length(point.position - start);
+      result.distance = vertex == 0 ? walk.hit.t : glm::length(point.position - start);
     if (!is_black(shading.emission) && (straight || scene_.light_of(walk.hit) < 0))
       emitted() += beta * shading.emission * walk.emission_weight(weight_of_hit);
     if (at_bounce_limit && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;
@@ -344,7 +340,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     const LobeSplit split(shading.bsdf, point.wo, all_sharp);
     if (split.rough() && !at_bounce_limit && log_) log_gathered(start, point, throughput * beta);
     if (split.rough() && !at_bounce_limit && look_up) {
-      const bool near = straight && depth < 2 && length < kNear * maps_.global_radius;
+      const bool near = straight && depth < 2 && length + media.way() < kNear * maps_.global_radius;
       radiance += beta * at_rough(point, *split.rough(), {media, walk.hit}, near ? depth + 1 : 0, {sampler, base});
     }
     if (!split.sharp()) break;

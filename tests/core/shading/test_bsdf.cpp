@@ -392,7 +392,7 @@ TEST(Bsdf, sheen_and_toon_lobes_that_keep_their_normal_are_seen_from_behind_it) 
       Bsdf bsdf;
       bsdf.start(ng, ng);
       if (toon)
-        closures::add_toon(bsdf, {eye, ng, false}, Color(1.0f), normal, false, 0.8f, 0.1f, true);
+        closures::add_toon(bsdf, Color(1.0f), normal, false, 0.8f, 0.1f, true);
       else
         closures::add_sheen(bsdf, Color(1.0f), normal, 0.5f, true);
       bsdf.prepare(eye);
