@@ -15,6 +15,6 @@ export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 "$build/tests/fuzz/fuzz_checkpoint" -max_total_time="$1" -rss_limit_mb=2048 -max_len=65536 -artifact_prefix="$build/" -print_final_stats=1 "$build/checkpoints"
 "$build/tests/fuzz/fuzz_ies" -max_total_time="$1" -max_len=8192 -artifact_prefix="$build/" -print_final_stats=1 "$build/ies"
 # OpenImageIO leaks a message of 31 bytes for each PNG file that libpng refuses, and OpenEXR allocates the size of a text before it reads it (up to 2 GB).
-ASAN_OPTIONS=quarantine_size_mb=64 "$build/tests/fuzz/fuzz_image" -detect_leaks=0 -max_total_time="$1" -rss_limit_mb=4096 -max_len=65536 -artifact_prefix="$build/" -print_final_stats=1 "$build/images" 2>&1 | grep -v "^libpng"
+ASAN_OPTIONS=quarantine_size_mb=64:detect_leaks=0 "$build/tests/fuzz/fuzz_image" -max_total_time="$1" -rss_limit_mb=4096 -max_len=65536 -artifact_prefix="$build/" -print_final_stats=1 "$build/images" 2>&1 | grep -v "^libpng"
 # A valid description can need much memory or time, which is not a fault, so that both are limited here.
 "$build/tests/fuzz/fuzz_scene" -max_total_time="$1" -rss_limit_mb=4096 -timeout=60 -artifact_prefix="$build/" -print_final_stats=1 "$build/scenes"
