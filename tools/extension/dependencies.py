@@ -112,11 +112,11 @@ def sid_headers(version: str, folder: Path) -> Path | None:
     try:
         run([*apt, "update"])
         run(["sh", "-c", 'cd "$0" && exec "$@"', folder, *apt, "download", package])
-    except Unreachable as error:
+        parts = folder / "parts"
+        run(["dpkg-deb", "-x", next(folder.glob(f"{package}_*.deb")), parts])
+    except (Unreachable, OSError) as error:   # OSError: a system without apt
         print(error, file=sys.stderr)
         return None
-    parts = folder / "parts"
-    run(["dpkg-deb", "-x", next(folder.glob(f"{package}_*.deb")), parts])
     _take_python(version, parts / "usr" / "include", include)
     shutil.rmtree(parts)
     return include

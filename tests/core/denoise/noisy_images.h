@@ -30,6 +30,10 @@ inline std::vector<float> truth() {
 struct Rendered {
   std::vector<float> image, halves;
 };
+/// Makes the image the mean of its halves.
+inline void take_mean_of_halves(Rendered& r) {
+  for (size_t i = 0; i < kValues; ++i) r.image[i] = 0.5f * (r.halves[i + i / 3 * 3] + r.halves[i + i / 3 * 3 + 3]);
+}
 /// Gamma-like noise: a few samples with an exponential distribution. `samples` in each half.
 inline Rendered rendered(const std::vector<float>& clean, int samples, uint64_t seed) {
   Pcg32 rng(seed);

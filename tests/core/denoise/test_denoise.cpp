@@ -237,7 +237,7 @@ TEST(Denoise, a_highlight_in_heavy_noise_has_no_dark_ring) {
       const float found = rng.next_float() < 0.02f ? 15.0f * rng.next_float() : 0.0f;
       for (size_t c = i; c < i + 3; ++c) r.halves[c] = i / 6 == pixel ? 30.0f : r.halves[c] + found;
     }
-    for (size_t i = 0; i < kValues; ++i) r.image[i] = 0.5f * (r.halves[i + i / 3 * 3] + r.halves[i + i / 3 * 3 + 3]);
+    take_mean_of_halves(r);
     const std::vector<float> shown = denoise(r.image, r.halves, kWidth, kHeight, removes).image;
     EXPECT_GT(shown[3 * pixel], 20.0f);
     EXPECT_GT(*std::min_element(shown.begin(), shown.end()), 0.19f) << "seed " << seed;
@@ -274,7 +274,7 @@ TEST(Denoise, sparks_that_the_denoiser_removes_have_no_halo) {
         if (!is_spark(i % kWidth, i / kWidth) || rng.next_float() > 0.4f) continue;
         for (size_t c = 0; c < 3; ++c) r.halves[6 * size_t(i) + 3 * half + c] = 50.0f;
       }
-    for (size_t i = 0; i < kValues; ++i) r.image[i] = 0.5f * (r.halves[i + i / 3 * 3] + r.halves[i + i / 3 * 3 + 3]);
+    take_mean_of_halves(r);
     const std::vector<float> shown = denoise(r.image, r.halves, kWidth, kHeight, removes).image;
     double brightest = 0.0, light = 0.0;
     for (int i = 0; i < kWidth * kHeight; ++i) {
@@ -302,7 +302,7 @@ TEST(Denoise, a_bright_pixel_of_both_halves_among_rare_light_has_no_dark_ring) {
                                                        : 0.05f;
         for (size_t c = 0; c < 3; ++c) r.halves[6 * i + 3 * half + c] = light;
       }
-    for (size_t i = 0; i < kValues; ++i) r.image[i] = 0.5f * (r.halves[i + i / 3 * 3] + r.halves[i + i / 3 * 3 + 3]);
+    take_mean_of_halves(r);
     const std::vector<float> shown = denoise(r.image, r.halves, kWidth, kHeight, [&](const std::vector<float>&) {
                                        return clean;
                                      }).image;
