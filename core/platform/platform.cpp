@@ -3,6 +3,8 @@
 #include <cstdlib>
 #include <random>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #ifdef _WIN32
 #include <windows.h>
@@ -58,6 +60,28 @@ void keep_task_threads() {
   // ends one thread at a time.
   static auto* kept = new tbb::task_scheduler_handle(tbb::attach{});
   (void)kept;
+}
+
+namespace {
+
+struct AtThreadEnd {
+  void (*destroy)(void*);
+  void* object;
+  AtThreadEnd* next;
+};
+
+void CALLBACK end_thread(void* first) {
+  for (auto* entry = static_cast<AtThreadEnd*>(first); entry;) {
+    entry->destroy(entry->object);
+    delete std::exchange(entry, entry->next);
+  }
+}
+
+}  // namespace
+
+void at_thread_end(void (*destroy)(void*), void* object) {
+  static const DWORD slot = FlsAlloc(end_thread);
+  FlsSetValue(slot, new AtThreadEnd{destroy, object, static_cast<AtThreadEnd*>(FlsGetValue(slot))});
 }
 
 std::vector<std::string> arguments(int, char**) {
@@ -129,6 +153,17 @@ std::error_code replace_file(const std::string& from, const std::string& to) {
 }
 
 void keep_task_threads() {}
+
+void at_thread_end(void (*destroy)(void*), void* object) {
+  struct Objects {
+    std::vector<std::pair<void (*)(void*), void*>> all;
+    ~Objects() {
+      for (auto entry = all.rbegin(); entry != all.rend(); ++entry) entry->first(entry->second);
+    }
+  };
+  thread_local Objects objects;
+  objects.all.emplace_back(destroy, object);
+}
 
 std::vector<std::string> arguments(int argc, char** argv) { return {argv + 1, argv + argc}; }
 

@@ -29,6 +29,19 @@ void remove_file(const std::string& name);
 std::error_code replace_file(const std::string& from, const std::string& to);
 /// Keeps the threads of TBB until the process ends, where a thread must not wait for others when it ends.
 void keep_task_threads();
+/// Calls destroy(object) when this thread ends. With mingw-w64, the memory of thread_local variables is given back before
+/// their destructors run, so that only variables without a destructor are safe there.
+void at_thread_end(void (*destroy)(void*), void* object);
+/// An object of the type that belongs to this thread, from the first call until the thread ends.
+template <class T>
+T& of_thread() {
+  thread_local T* object = nullptr;
+  if (!object) [[unlikely]] {
+    object = new T;
+    at_thread_end([](void* own) { delete static_cast<T*>(own); }, object);
+  }
+  return *object;
+}
 /// The arguments of a program in UTF-8, without its name.
 std::vector<std::string> arguments(int argc, char** argv);
 /// Writes what the system holds back of a file to the disk. Returns false if that fails, with the reason in errno.

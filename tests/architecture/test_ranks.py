@@ -89,3 +89,14 @@ def test_system_headers_are_included_by_the_platform_alone():
     for path in SOURCES:
         found = [include for include in includes(path) if system.fullmatch(include)]
         assert not found or path.name == "platform.cpp", f"{path} includes {found}"
+
+
+def test_objects_of_threads_outlive_thread_local_memory():
+    """On Windows, thread_local memory is given back before destructors run (platform::of_thread)."""
+    plain = re.compile(r"thread_local (\w+\* \w+ = nullptr|(bool|int|uint64_t|float) \w+ = [^;]+);")
+    for path in SOURCES:
+        if path.name == "platform.cpp":
+            continue
+        for line in path.read_text().splitlines():
+            code = line.partition("//")[0]
+            assert "thread_local " not in code or plain.search(code), f"{path}: {line.strip()}"

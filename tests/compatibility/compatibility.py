@@ -36,7 +36,10 @@ REFERENCE = "3.4.1"
 OLDER = "x86-64-v2"
 REMARKS = "## Remarks\n"   # the section is written by hand, and this script keeps it
 SEEDS = (1, 2)
+# Where Ajar cannot agree: the series of Blender, the scene, and why. They are on the page, and no failures.
+CANNOT_AGREE = {("4.2", "cloud"): "Its Python cannot read OpenVDB; the volume is left out, and a message names it."}
 SAMPLES, PERCENTAGE, BLOCK = 16, 10, 16
+MORE_SAMPLES = 512   # for scenes whose pictures differ; the standard errors of few samples may not show rare bright ones
 TIMEOUT_SECONDS = 1800
 
 
@@ -118,9 +121,9 @@ def run(blender: Blender, renders: list[dict], out: Path, panels: bool = False, 
 
 # ---- Comparison ---------------------------------------------------------------------------------------------------------
 
-def jobs(scenes: list[str], engines: tuple[str, ...] = ("CYCLES", "AJAR")) -> list[dict]:
+def jobs(scenes: list[str], engines: tuple[str, ...] = ("CYCLES", "AJAR"), samples: int = SAMPLES) -> list[dict]:
     """The renders of each scene with each seed by each engine. The engines alternate in one process."""
-    return [{"blend": str(ROOT / "test_scenes" / f"{scene}.blend"), "samples": SAMPLES, "percentage": PERCENTAGE, "engine": engine, "seed": seed}
+    return [{"blend": str(ROOT / "test_scenes" / f"{scene}.blend"), "samples": samples, "percentage": PERCENTAGE, "engine": engine, "seed": seed}
             for scene in scenes for seed in SEEDS for engine in engines]
 
 
@@ -132,7 +135,7 @@ def pictures_of(result: dict, scene: str, engine: str = "AJAR") -> list[np.ndarr
 def compare(ours: list[np.ndarray], theirs: list[np.ndarray]) -> dict:
     """The ratio of the means with its standard error, and the blocks that differ by more than 1 % and three standard errors."""
     pairs = [agreement.mean_and_variance(pictures) for pictures in (ours, theirs)]
-    blocks = [agreement.blocks_of_pixels(mean, variance, len(ours), BLOCK) for mean, variance in pairs]
+    blocks = [agreement.blocks_of_pixels(*pair, len(pictures), BLOCK) for pair, pictures in zip(pairs, (ours, theirs))]
     means = [mean.mean() for mean, _ in pairs]
     errors = [np.sqrt(variance.sum(axis=(0, 1))).mean() / variance[..., 0].size / mean for (_, variance), mean in zip(pairs, means)]
     return {"same": all(np.array_equal(a, b) for a, b in zip(ours, theirs)), "ratio": float(means[0] / means[1]), "error": float(np.hypot(*errors)),
@@ -142,6 +145,35 @@ def compare(ours: list[np.ndarray], theirs: list[np.ndarray]) -> dict:
 def agrees(comparison: dict) -> bool:
     """With three standard errors, about one block of 370 exceeds the limit by noise alone."""
     return comparison["finite"] and (comparison["same"] or comparison["out"] <= max(1, comparison["blocks"] // 50))
+
+
+def can_agree(name: str, scene: str) -> bool:
+    return not any(name.startswith(f"{series}.") and scene == other for series, other in CANNOT_AGREE)
+
+
+def beside_cycles(result: dict, scene: str) -> dict:
+    """The comparison of Ajar with Cycles, with the pictures of more samples if there are some."""
+    again = result.get("again")
+    shown = again if again is not None and pictures_of(again, scene) else result
+    return compare(pictures_of(shown, scene), pictures_of(shown, scene, "CYCLES"))
+
+
+def differing(name: str, result: dict, scenes: list[str]) -> list[str]:
+    """The scenes that Ajar and Cycles render differently in a Blender that renders both."""
+    if "error" in result or "legacy" in name:
+        return []
+    return [scene for scene in scenes if can_agree(name, scene) and not agrees(beside_cycles(result, scene))]
+
+
+def look_again(blender: Blender, result: dict, scenes: list[str], out: Path) -> None:
+    """Renders the scenes that differ with more samples. A bias remains; noise that the standard errors of few samples do not show does not."""
+    doubtful = differing(blender.name, result, scenes)
+    if not doubtful:
+        return
+    print(f"{blender.name}: {MORE_SAMPLES} samples for {', '.join(doubtful)}", flush=True)
+    more = run(blender, jobs(doubtful, samples=MORE_SAMPLES), out)
+    if "error" not in more:
+        result["again"] = more
 
 
 # ---- Libraries ------------------------------------------------------------------------------------------------------------
@@ -166,10 +198,10 @@ def table(results: dict[str, dict], scenes: list[str], of: Callable[[dict, str],
     lines = ["| scene | " + " | ".join(map(short, results)) + " |", "|---|" + "---|" * len(results)]
     for scene in scenes:
         cells = []
-        for result in results.values():
+        for name, result in results.items():
             c = of(result, scene)
             text = "identical" if c["same"] else f"{c['ratio']:.3f} ± {c['error']:.3f}, {c['out']} of {c['blocks']}"
-            cells.append(text if agrees(c) else f"**{text}**")
+            cells.append(text if agrees(c) or not can_agree(name, scene) else f"**{text}**")
         lines.append(f"| {scene} | " + " | ".join(cells) + " |")
     return lines
 
@@ -177,7 +209,7 @@ def table(results: dict[str, dict], scenes: list[str], of: Callable[[dict, str],
 def page(results: dict[str, dict], scenes: list[str]) -> str:
     lines = ["# Compatibility", "", "Written by `make compat`. The zip of `make extension` is installed into each Blender in a clean profile, and",
              "every use of a deprecated function of its API is an error. Ajar (path tracer) and Cycles alternate in one process:",
-             f"{SAMPLES} samples, {len(SEEDS)} seeds, {PERCENTAGE} % of each scene's size.",
+             f"{SAMPLES} samples, {len(SEEDS)} seeds, {PERCENTAGE} % of each scene's size. Scenes that differ are rendered again with {MORE_SAMPLES} samples.",
              "", "| Blender | Python | instructions | Embree, TBB, OpenImageIO of Ajar | of Blender, in the same process |", "|---|---|---|---|---|"]
     for name, result in results.items():
         if "error" in result:
@@ -191,17 +223,18 @@ def page(results: dict[str, dict], scenes: list[str]) -> str:
     lines += ["", "## Ajar against Cycles of the same Blender", "", "Ratio of the means with its standard error, and the blocks of "
               f"{BLOCK} x {BLOCK} pixels and channels that differ by more than 1 % and", "three standard errors of the block.", "",
               *table({name: result for name, result in works.items() if pictures_of(result, scenes[0], "CYCLES")}, scenes,
-                     lambda result, scene: compare(pictures_of(result, scene), pictures_of(result, scene, "CYCLES")))]
+                     beside_cycles)]
+    lines += ["", *(f"* {scene} in {series}: {why}" for (series, scene), why in CANNOT_AGREE.items())]
     lines += ["", "## Ajar against Ajar in Blender 3.4.1", "",
               "There Ajar is built with Debian's libraries (Embree 3). Opening a file in 4.0 or newer turns its Principled nodes into the second version,",
               "also for Cycles, so that the images of such scenes differ; only the table above tests them.", "",
               *table({name: result for name, result in works.items() if name != debian(None).name}, scenes,
                      lambda result, scene: compare(pictures_of(result, scene), pictures_of(works[debian(None).name], scene)))]
     first = next(iter(official), None)
-    differing = [f"{scene} in {short(name)}" for name, result in official.items() for scene in scenes
+    unequal = [f"{scene} in {short(name)}" for name, result in official.items() for scene in scenes
                  if not compare(pictures_of(result, scene), pictures_of(official[first], scene))["same"]]
     if len(official) > 1:
-        lines += ["", f"Ajar's pictures in {', '.join(map(short, official))} are the same bit for bit" + (f", except {', '.join(differing)}." if differing else ".")]
+        lines += ["", f"Ajar's pictures in {', '.join(map(short, official))} are the same bit for bit" + (f", except {', '.join(unequal)}." if unequal else ".")]
     return "\n".join([*lines, "", f"Measured on {datetime.date.today().isoformat()}.", ""])
 
 
@@ -235,8 +268,10 @@ def main() -> None:
     results = {}
     for blender in blenders:
         engines = ("AJAR",) if "legacy" in blender.name else ("CYCLES", "AJAR")
-        results[blender.name] = run(blender, jobs(options.scene, engines), WORK / "out" / blender.name.replace(" ", "_"))
-        print(f"{blender.name}: {results[blender.name].get('error', 'rendered')}", flush=True)
+        out = WORK / "out" / blender.name.replace(" ", "_")
+        result = results[blender.name] = run(blender, jobs(options.scene, engines), out)
+        print(f"{blender.name}: {result.get('error', 'rendered')}", flush=True)
+        look_again(blender, result, options.scene, out.with_name(out.name + "_again"))
     if "error" in results[debian(None).name]:
         raise SystemExit(1)
     forced = run(blenders[-1], jobs(options.scene[:1], ("AJAR",)), WORK / "out" / "forced", AJAR_INSTRUCTION_SET=OLDER)
@@ -244,8 +279,7 @@ def main() -> None:
     if forced.get("instruction_set") != OLDER:
         raise SystemExit(f"{OLDER} was not used: {forced.get('error', forced.get('instruction_set'))}")
     bad = [name for name, result in results.items() if "error" in result]
-    bad += [f"{name}: {scene}" for name, result in results.items() for scene in options.scene if name not in bad and "legacy" not in name
-            and not agrees(compare(pictures_of(result, scene), pictures_of(result, scene, "CYCLES")))]
+    bad += [f"{name}: {scene}" for name, result in results.items() for scene in differing(name, result, options.scene)]
     print("\n".join(f"differs: {item}" for item in bad) or "All agree.")
     sys.exit(bool(bad))
 

@@ -173,6 +173,7 @@ def take_headers(embree: Path) -> None:
     """The headers of Embree from Debian's package, and those of the build machine."""
     parts = WORK / "source" / "embree"
     shutil.rmtree(parts, ignore_errors=True)
+    parts.mkdir(parents=True, exist_ok=True)
     subprocess.run(["dpkg-deb", "-x", embree, parts], check=True)
     shutil.copytree(parts / "usr/include/embree4", PREFIX / "include" / "embree4", dirs_exist_ok=True)
     (PREFIX / "licenses").mkdir(exist_ok=True)

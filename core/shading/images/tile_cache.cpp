@@ -134,7 +134,7 @@ class TileCache::OfThread {
  public:
   ~OfThread() { leave(); }
   static HeldTiles& of(const std::shared_ptr<Data>& data) {
-    thread_local OfThread here;
+    OfThread& here = platform::of_thread<OfThread>();
     if (const uint64_t number = data->number.load(std::memory_order_relaxed); here.number_ != number) [[unlikely]] {
       here.leave();
       here.tiles_ = data->take();

@@ -1,5 +1,7 @@
 #include "transport/direct/estimators/ocv.h"
 
+#include "platform/platform.h"
+
 namespace ajar {
 
 namespace {
@@ -26,7 +28,7 @@ Color Ocv::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVer
                                                                             : M::Lights::GroupsAlike);
   if (!columns_) return mean_of_draws(c, k, sampler, false, rays);
   mixture_.record_shares(k, aux);
-  static thread_local std::vector<ControlSample> samples;
+  std::vector<ControlSample>& samples = platform::of_thread<std::vector<ControlSample>>();
   const int n = std::min(samples_, kMaxControlSamples);
   samples.resize(size_t(n));
   // Two folds with equal shares.

@@ -1,5 +1,7 @@
 #include "transport/direct/estimators/ocv_progressive.h"
 
+#include "platform/platform.h"
+
 namespace ajar {
 
 namespace {
@@ -41,7 +43,7 @@ Color OcvProgressive::many_samples(const DirectLightContext& c, Sampler& sampler
   const M::Kernel k = mixture_.kernel(lobes, 0.5f, possible ? M::Lights::GroupsAlike : M::Lights::Any);
   if (!columns_) return mean_of_draws(c, k, sampler, false, rays);
   mixture_.record_shares(k, aux);
-  static thread_local std::vector<ControlSample> samples;
+  std::vector<ControlSample>& samples = platform::of_thread<std::vector<ControlSample>>();
   samples.clear();
   mixture_.for_each_draw({c, k, rays}, std::min(samples_, kMaxControlSamples), 0, sampler,
                          [&](int component, const M::Draw& draw) {
