@@ -94,8 +94,8 @@ Color Bsdf::layer_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const {
   Color factor(1.0f);
   for (int i = 0; i < layer_count_; ++i) {
     if ((lobe.layers >> i & 1) == 0) continue;
-    const Color had = layers()[i].transmittance(wo);
-    factor *= layers()[i].transmittance(wi) / glm::max(had, 1e-6f);
+    const Color had = layers()[i].transmittance(ng, wo);
+    factor *= layers()[i].transmittance(ng, wi) / glm::max(had, 1e-6f);
   }
   return factor;
 }

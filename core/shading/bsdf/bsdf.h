@@ -157,7 +157,8 @@ struct Layer {
   float tint_share = 0.0f;  ///< fraction of the area that is tinted
   Color tint{1.0f};         ///< transmittance at normal incidence
   Color in_weights{1.0f};   ///< the transmittance that the weights of the lobes below contain
-  Color transmittance(Vec3 eye) const;
+  /// A normal that leans away from the eye is seen from its horizon. `ng`: of the surface.
+  Color transmittance(Vec3 ng, Vec3 eye) const;
 };
 
 /// The direction in which light enters a surface with subsurface scattering.
@@ -169,11 +170,11 @@ enum class SubsurfaceEntry : uint8_t {
 
 /// The medium below a surface that has a `subsurface` lobe. Lengths are in metres.
 struct SubsurfaceMedium {
-  Color albedo{0.0f};       ///< albedo of the surface for uniform light from all directions
-  Color radius{0.0f};       ///< mean free path; of the reduced medium unless `van_de_hulst`
-  float anisotropy = 0.0f;  ///< mean cosine of scattering
-  bool fresnel = false;  ///< light is dimmed at grazing angles where it enters and leaves (Principled of Blender 3.x)
-  bool profile = false;  ///< light leaves by a profile (subsurface_profile.h), `radius` is its width
+  Color albedo{0.0f};          ///< albedo of the surface for uniform light from all directions
+  Color radius{0.0f};          ///< mean free path; of the reduced medium unless `van_de_hulst`
+  float anisotropy = 0.0f;     ///< mean cosine of scattering
+  bool fresnel = false;        ///< light is dimmed at grazing angles where it leaves (Principled of Blender 3.x)
+  bool profile = false;        ///< light leaves by a profile (subsurface_profile.h), `radius` is its width
   bool van_de_hulst = false;   ///< how the single scattering albedo follows from `albedo` (walk_medium)
   bool after_diffuse = false;  ///< light enters after a diffuse bounce as well (Blender 5.0 and later)
   SubsurfaceEntry entry = SubsurfaceEntry::Diffuse;

@@ -444,7 +444,13 @@ Color lobe_scattered(const Lobe& lobe, float cos_wo, bool flipped) {
     return lobe.weight * (split.reflected + split.transmitted);
   }
   const Color color = lobe.weight * normal_fresnel(lobe, cos_wo, eta);
-  return lobe.kind == LobeKind::MicrofacetReflection ? color * fresnel_color(lobe, cos_facet, eta) : color;
+  if (lobe.kind != LobeKind::MicrofacetReflection) return color;
+  const bool is_dielectric = lobe.fresnel == FresnelKind::Dielectric || lobe.fresnel == FresnelKind::DielectricTint;
+  if (!is_dielectric || !lobe.correlated || lobe.film.thickness > thin_film::kThinnest)
+    return color * fresnel_color(lobe, cos_facet, eta);
+  const float position = albedo_table::dielectric_position(cos_wo, std::sqrt(lobe.alpha_x * lobe.alpha_y), eta);
+  if (lobe.fresnel == FresnelKind::DielectricTint) return color * glm::mix(lobe.f0, lobe.f90, position);
+  return color * glm::mix(Color(fresnel::f0_from_eta(eta)), Color(1.0f), position);
 }
 
 Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped) {

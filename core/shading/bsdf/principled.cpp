@@ -136,7 +136,7 @@ void add_covering(Bsdf& bsdf, const Surface& surface, Below& below, Lobe& lobe, 
   Layer layer{lobe, tint_share, tint, Color(1.0f)};
   // The weight of a layer is relative to the light that reaches it.
   for (int i = 0; i < 3; ++i) layer.lobe.weight[i] = below.weight[i] > 0.0f ? lobe.weight[i] / below.weight[i] : 0.0f;
-  const Color passes = layer.in_weights = layer.transmittance(surface.wo);
+  const Color passes = layer.in_weights = layer.transmittance(surface.ng, surface.wo);
   below.layers |= bsdf.add_layer(layer);
   if (!(std::min({passes.x, passes.y, passes.z}) > kLeastTransmittance)) bsdf.bind_to_view();
   below.weight *= passes;

@@ -10,8 +10,8 @@
 
 namespace ajar {
 
-Color Layer::transmittance(Vec3 eye) const {
-  const float cosine = saturate(std::abs(glm::dot(lobe.frame.n, eye)));
+Color Layer::transmittance(Vec3 ng, Vec3 eye) const {
+  const float cosine = saturate(glm::dot(ng, eye) < 0.0f ? -glm::dot(lobe.frame.n, eye) : glm::dot(lobe.frame.n, eye));
   Color factor(saturate(1.0f - max_component(lobe_albedo(lobe, cosine))));
   if (tint_share > 0.0f) {
     const float cos_inside = std::sqrt(std::max(1.0f - (1.0f - cosine * cosine) / sqr(lobe.eta), 1e-4f));
@@ -64,7 +64,7 @@ bool Bsdf::can_turn_to(Vec3 wo) const {
 void Bsdf::layers_for(Vec3 wo, Color (&factors)[kMaxLobes]) const {
   std::fill_n(factors, count_, Color(1.0f));
   for (int k = 0; k < layer_count_; ++k) {
-    const Color factor = layers()[k].transmittance(wo) / glm::max(layers()[k].in_weights, 1e-6f);
+    const Color factor = layers()[k].transmittance(ng, wo) / glm::max(layers()[k].in_weights, 1e-6f);
     for (int i = 0; i < count_; ++i)
       if (lobes()[i].layers >> k & 1) factors[i] *= factor;
   }
@@ -87,7 +87,7 @@ void Bsdf::turn_to(Vec3 wo) {
     Color factors[kMaxLobes];
     layers_for(wo, factors);
     for (int i = 0; i < count_; ++i) lobes()[i].weight *= factors[i];
-    for (int k = 0; k < layer_count_; ++k) layers()[k].in_weights = layers()[k].transmittance(wo);
+    for (int k = 0; k < layer_count_; ++k) layers()[k].in_weights = layers()[k].transmittance(ng, wo);
   }
   prepare(wo);
 }

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <memory>
+#include <mutex>
 
 #include "shading/models/fresnel.h"
 #include "shading/models/microfacet.h"
@@ -161,7 +163,52 @@ float lookup_mean(const GlassTable& t, float alpha, float eta) {
   return lerp(plane(e.index), plane(e.index + 1), e.fraction);
 }
 
+struct PositionTable {
+  static constexpr int kSize = 16, kLattice = 144;
+  using Slice = std::array<std::array<float, kSize>, kSize>;  // roughness, cosine
+  mutable std::array<Slice, kSize> slices{};
+  mutable std::array<std::once_flag, kSize> once;
+  mutable std::array<std::atomic<bool>, kSize> made{};
+
+  const Slice& slice(int index) const {
+    if (!made[size_t(index)].load(std::memory_order_acquire)) [[unlikely]]
+      make(index);
+    return slices[size_t(index)];
+  }
+  void make(int index) const {
+    std::call_once(once[size_t(index)], [&] {
+      const float z2 = std::clamp(sqr(float(index) / float(kSize - 1)), 1e-4f, 0.99f);
+      const float eta = (1.0f + z2) / (1.0f - z2);
+      for (int r = 0; r < kSize; ++r)
+        for (int c = 0; c < kSize; ++c) {
+          const float alpha = std::max(sqr(float(r) / float(kSize - 1)), 1e-4f);
+          const float cosine = std::max(float(c) / float(kSize - 1), kSmallestCosine);
+          slices[size_t(index)][size_t(r)][size_t(c)] = mean_over_visible(
+              cosine, alpha, kLattice, [&](Vec3 wo, Vec3 m) {
+                const float cos_facet = glm::dot(wo, m);
+                return 2.0f * cos_facet * m.z > wo.z ? fresnel::dielectric_position(cos_facet, eta) : 0.0f;
+              });
+        }
+      made[size_t(index)].store(true, std::memory_order_release);
+    });
+  }
+};
+
 }  // namespace
+
+float dielectric_position(float cosine, float alpha, float eta) {
+  static const PositionTable table;
+  const auto c = locate(cosine, table.kSize), r = locate(std::sqrt(alpha), table.kSize);
+  const auto e = locate(std::sqrt(std::abs(eta - 1.0f) / (eta + 1.0f)), table.kSize);
+  const auto plane = [&](int k) {
+    const PositionTable::Slice& slice = table.slice(k);
+    const auto row = [&](int i) {
+      return lerp(slice[size_t(i)][size_t(c.index)], slice[size_t(i)][size_t(c.index + 1)], c.fraction);
+    };
+    return lerp(row(r.index), row(r.index + 1), r.fraction);
+  };
+  return lerp(plane(e.index), plane(e.index + 1), e.fraction);
+}
 
 float ggx(float cosine, float alpha) { return lookup(mirror_table(), cosine, alpha); }
 float ggx_mean(float alpha) { return lookup_mean(mirror_table(), alpha); }

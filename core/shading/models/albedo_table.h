@@ -20,4 +20,10 @@ float ggx_glass_mean(float alpha, float eta);
 float ggx_glass_correlated(float cosine, float alpha, float eta);
 float ggx_glass_correlated_mean(float alpha, float eta);
 
+/// The mean of the position between f0 and f90 (fresnel::dielectric_position) over the visible facets of a dielectric. Facets
+/// that reflect light below the surface count as 0. Light that is lost between facets does not matter. With eta and 1 / eta
+/// the result is the same. As in Cycles, 16 values along each axis are interpolated linearly: cosine, roughness, and the
+/// fourth root of f0. A slice for one f0 is made when it is first used.
+float dielectric_position(float cosine, float alpha, float eta);
+
 }  // namespace ajar::albedo_table

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "math/frame.h"
-#include "shading/models/fresnel.h"
 
 namespace ajar {
 
@@ -79,10 +78,6 @@ bool scatter_by_profile(const Scene& scene, const EntryPoint& entry, Pcg32& rng,
   if (widths.count == 0) return false;
   const Vec3 from = point.position;
   const bool from_back = point.backfacing;
-  const float entry_fresnel = medium.fresnel
-                                  ? 1.0f - 0.5f * fresnel::schlick(saturate(glm::dot(entry.normal, point.wo)))
-                                  : 1.0f;
-
   const Axes axes(point.ng);
   const float u_axis = rng.next_float();
   const int k = u_axis < 0.5f ? 0 : (u_axis < 0.75f ? 1 : 2);
@@ -128,8 +123,8 @@ bool scatter_by_profile(const Scene& scene, const EntryPoint& entry, Pcg32& rng,
   scene.shading_point(kept_ray, kept, point);
   if (!(glm::dot(point.ns, point.ng) > 0.0f)) point.ns = point.ng;
   point.wo = point.ns;
-  weight *= kept_weight * medium.albedo * (entry_fresnel * sum / kept_share);
-  leave_surface(scene.material(kept), point, shading);
+  weight *= kept_weight * medium.albedo * (sum / kept_share);
+  leave_surface(scene.material(kept), point, point.ns, shading);
   return is_finite(weight);
 }
 

@@ -100,11 +100,12 @@ bool sample_entry(const SubsurfaceMedium& medium, Vec3 normal, Vec3 wo, Pcg32& r
 
 }  // namespace
 
-void leave_surface(const ShaderProgram& program, const ShadingPoint& point, SurfaceShading& shading) {
+void leave_surface(const ShaderProgram& program, const ShadingPoint& point, Vec3 seen_from, SurfaceShading& shading) {
   Vec3 normal = point.ns;
   if (program.subsurface_has_normal()) {
     ShadingPoint exit = point;
     exit.diffuse_depth = 0;
+    exit.wo = seen_from;
     SurfaceShading at_exit;
     program.evaluate_surface(exit, at_exit);
     const Bsdf::SubsurfacePart part = at_exit.bsdf.subsurface_part();
@@ -168,7 +169,6 @@ bool walk_below_surface(const Scene& scene, const EntryPoint& entry, Pcg32& rng,
   const SubsurfaceMedium& medium = shading.medium;
   WalkMedium inside = walk_medium(medium);
   Color carried = inside.factor;
-  if (medium.fresnel) carried *= 1.0f - 0.5f * fresnel::schlick(saturate(glm::dot(entry.normal, point.wo)));
   Vec3 direction;
   if (!sample_entry(medium, entry.normal, point.wo, rng, direction)) return false;
   if (!(glm::dot(direction, point.ng) < 0.0f)) return false;
@@ -191,7 +191,7 @@ bool walk_below_surface(const Scene& scene, const EntryPoint& entry, Pcg32& rng,
       if (!(glm::dot(point.ns, point.ng) > 0.0f)) point.ns = point.ng;
       point.wo = point.ns;
       weight *= carried;
-      leave_surface(scene.material(hit), point, shading);
+      leave_surface(scene.material(hit), point, -ray.direction, shading);
       return is_finite(weight);
     }
     // Balance heuristic over the channels [Veach 1997, section 9.2.4].

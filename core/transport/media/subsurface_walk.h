@@ -39,8 +39,9 @@ bool walk_below_surface(const Scene& scene, const EntryPoint& entry, Pcg32& rng,
 /// The first surface of this instance along the ray. Surfaces of other instances are ignored.
 Hit find_own_surface(const Scene& scene, uint32_t instance, Ray ray, uint64_t& rays);
 /// Makes the surface a diffuse lobe by which light leaves at `point`. The normal of the lobe is that of the closures
-/// with subsurface scattering there.
-void leave_surface(const ShaderProgram& program, const ShadingPoint& point, SurfaceShading& shading);
+/// with subsurface scattering there. `seen_from`: the direction for which they are evaluated; bumped normals are bent so
+/// that this direction could be reflected. As in Cycles, it is that in which a walk goes on.
+void leave_surface(const ShaderProgram& program, const ShadingPoint& point, Vec3 seen_from, SurfaceShading& shading);
 
 /// Random numbers for the choice below, and for the walk.
 struct SubsurfaceNumbers {
