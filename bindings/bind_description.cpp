@@ -78,7 +78,8 @@ std::shared_ptr<MeshDescription> make_points(const std::string& name, const Floa
 
 /// A closed box around grids.
 std::shared_ptr<MeshDescription> make_volume(const std::string& name, Vec3 lower, Vec3 upper,
-                                             const std::vector<py::tuple>& grids, bool density_in_object_space) {
+                                             const std::vector<py::tuple>& grids, bool density_in_object_space,
+                                             const std::optional<std::tuple<std::string, float, float>>& flow) {
   auto mesh = std::make_shared<MeshDescription>();
   mesh->name = name;
   for (int corner = 0; corner < 8; ++corner)
@@ -89,6 +90,7 @@ std::shared_ptr<MeshDescription> make_volume(const std::string& name, Vec3 lower
   mesh->texture_space_location = 0.5f * (lower + upper);
   mesh->texture_space_size = 0.5f * (upper - lower);
   mesh->density_in_object_space = density_in_object_space;
+  if (flow) mesh->flow = {std::get<0>(*flow), std::get<1>(*flow), std::get<2>(*flow)};
   for (const py::tuple& item : grids) {
     if (item.size() != 4)
       throw py::value_error("grids of volume \"" + name +
@@ -508,6 +510,12 @@ void bind_geometry(py::module_& module) {
                              "subdivision.")
       .def_readonly("density_in_object_space", &MeshDescription::density_in_object_space,
                     "bool. The volume keeps its optical depth when an instance is scaled.")
+      .def_property_readonly(
+          "flow",
+          [](const MeshDescription& mesh) {
+            return std::make_tuple(mesh.flow.velocity, mesh.flow.scale, mesh.flow.frame);
+          },
+          "tuple (str, float, float). The `flow` of make_volume; the name is empty if nothing flows.")
       .def_readonly("texture_space_location", &MeshDescription::texture_space_location,
                     "tuple of 3 floats, metres in object space. The centre of the box of Generated coordinates.")
       .def_readonly("texture_space_size", &MeshDescription::texture_space_size,
@@ -841,16 +849,19 @@ void bind_description(py::module_& module) {
   scene.def("add_points", mesh_adder(&make_points), py::kw_only(), py::arg("name"), py::arg("positions"),
             py::arg("radii"), py::arg("material_slots") = py::none(), py::arg("attributes") = std::vector<py::tuple>{},
             "Add a point cloud and return the index of its mesh. Arguments and errors are those of make_points.");
-  module.def("make_volume", &make_volume, py::kw_only(), py::arg("name"), py::arg("lower"), py::arg("upper"),
-             py::arg("grids"), py::arg("density_in_object_space") = false,
-             "Make a box that encloses grids and return a MeshDescription for add_shared_mesh. lower and upper: its "
-             "corners in metres, object space. grids: tuples (name, index_from_object, bricks, values). "
-             "index_from_object: 12 floats, three rows of four; voxel (i, j, k) has its centre at (i, j, k). bricks: "
-             "int32[b, 3], the index of the first voxel of each brick of 8 x 8 x 8 voxels, divided by 8. values: "
-             "float32[b, 8, 8, 8], or float32[b, 8, 8, 8, c] with c = 3 or 4 (a colour multiplied by alpha, and "
-             "alpha), indexed by z, y and x of the voxel; voxels outside all "
-             "bricks are 0. density_in_object_space: the volume keeps its optical depth when it is scaled. Raises "
-             "ValueError, which names the volume, for an array of the wrong shape.");
+  module.def(
+      "make_volume", &make_volume, py::kw_only(), py::arg("name"), py::arg("lower"), py::arg("upper"), py::arg("grids"),
+      py::arg("density_in_object_space") = false, py::arg("flow") = py::none(),
+      "Make a box that encloses grids and return a MeshDescription for add_shared_mesh. lower and upper: its "
+      "corners in metres, object space. grids: tuples (name, index_from_object, bricks, values). "
+      "index_from_object: 12 floats, three rows of four; voxel (i, j, k) has its centre at (i, j, k). bricks: "
+      "int32[b, 3], the index of the first voxel of each brick of 8 x 8 x 8 voxels, divided by 8. values: "
+      "float32[b, 8, 8, 8], or float32[b, 8, 8, 8, c] with c = 3 or 4 (a colour multiplied by alpha, and "
+      "alpha), indexed by z, y and x of the voxel; voxels outside all "
+      "bricks are 0. density_in_object_space: the volume keeps its optical depth when it is scaled. flow: None, or "
+      "the name of a grid of velocities in object space, the factor by which the volume moves along them while "
+      "the shutter is open, and the time in the shutter, from 0 to 1, at which the grids are as given. Raises "
+      "ValueError, which names the volume, for an array of the wrong shape.");
   scene.def(py::init<>(), "Make one with default values.")
       .def("set_color_spaces", &set_color_spaces, py::arg("config"), py::arg("working_space"),
            "Set the meaning of all colours. config: the path of an OpenColorIO configuration, which gives the colour "

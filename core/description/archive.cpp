@@ -14,7 +14,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'S'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'T'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -218,6 +218,10 @@ void fields(A& a, VolumeGrid& v) {
   all(a, v.name, v.components, v.index_from_object, v.bricks, v.values);
 }
 template <class A>
+void fields(A& a, VolumeFlow& v) {
+  all(a, v.velocity, v.scale, v.frame);
+}
+template <class A>
 void fields(A& a, SubdivisionDescription& v) {
   all(a, v.scheme, v.face_sizes, v.corner_vertices, v.flat_faces, v.creased_edges, v.edge_sharpness, v.creased_vertices,
       v.vertex_sharpness, v.keep_corners, v.uv_smoothing, v.in_pixels, v.edge_length, v.tangents);
@@ -237,6 +241,7 @@ void fields(A& a, MeshDescription& mesh) {
   if (a.has('G')) all(a, v.grids, v.density_in_object_space);
   if (a.has('I')) visit(a, v.subdivision);
   if (a.has('L')) all(a, v.motion_positions, v.motion_normals, v.motion_radii);
+  if (a.has('T')) visit(a, v.flow);
 }
 template <class A>
 void fields(A& a, ObjectProperty& v) {

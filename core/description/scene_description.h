@@ -139,6 +139,14 @@ struct VolumeGrid {
   std::vector<float> values;               ///< of all voxels of all bricks; the first index varies fastest
 };
 
+/// How a volume flows while the shutter is open. At a time t of the shutter interval [0, 1], a place p shows what the grids
+/// have at p - (t - frame) * scale * u, where u is the velocity at p - (t - frame) * scale * u(p).
+struct VolumeFlow {
+  std::string velocity;  ///< name of a grid with 3 components, a vector in object space; empty: nothing flows
+  float scale = 0.0f;    ///< by how much of the velocity the volume moves while the shutter is open
+  float frame = 0.5f;    ///< the time at which the grids are as they are
+};
+
 /// Name of the vertex attribute (3 components) that holds the positions before modifiers moved the vertices. Generated
 /// coordinates follow it; without it, they follow the positions.
 inline constexpr const char* kUndeformedPosition = ".undeformed_position";
@@ -216,17 +224,17 @@ struct MeshDescription {
   int strand_subdivisions = 2;  ///< each segment of a ribbon has 2^strand_subdivisions straight pieces
   /// Grids inside a closed mesh that encloses a volume.
   std::vector<VolumeGrid> grids;
-  /// The volume keeps its optical depth when an instance is scaled: its coefficients are per unit of object space, as
-  /// in volume objects of Blender.
+  /// The volume keeps its optical depth when an instance is scaled: its coefficients are per unit of object space.
   bool density_in_object_space = false;
+  VolumeFlow flow;
   SubdivisionDescription subdivision;
   /// The shape at evenly spaced times while the shutter is open: the positions of the first time, then those of the
   /// second, and so on; normals and radii likewise, as many for each time as in `normals` and `radii`. `positions` has
   /// the shape of the frame. Empty: the shape stays as it is.
   std::vector<Vec3> motion_positions, motion_normals;
   std::vector<float> motion_radii;
-  /// If set, that mesh is used and no other field is read. A scene that is built after another one takes over the
-  /// meshes that both share, with their structures, instead of copying and building them.
+  /// If set, that mesh is used and no other field is read. A scene takes over the meshes that it shares with the one
+  /// before, with their structures.
   std::shared_ptr<const MeshDescription> shared;
 
   bool is_points() const { return !radii.empty() && strands.empty() && triangles.empty(); }

@@ -108,6 +108,15 @@ uint64_t validate_grids(MeshDescription& mesh, Diagnostics& diagnostics) {
   });
   uint64_t repaired = 0;
   for (VolumeGrid& grid : mesh.grids) repaired += replace_non_finite(grid.values, 0.0f);
+  const VolumeFlow& flow = mesh.flow;
+  const auto gives_velocity = [&](const VolumeGrid& grid) {
+    return grid.name == flow.velocity && grid.components == 3;
+  };
+  if (!flow.velocity.empty() && (!std::isfinite(flow.scale) || !(flow.frame >= 0.0f && flow.frame <= 1.0f) ||
+                                 std::none_of(mesh.grids.begin(), mesh.grids.end(), gives_velocity))) {
+    report_once(diagnostics, {Severity::Warning, mesh.name, "Its velocity is damaged; its motion is not blurred."});
+    mesh.flow = VolumeFlow();
+  }
   return repaired;
 }
 

@@ -1,5 +1,7 @@
 #include "geometry/geometry.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace ajar {
@@ -27,6 +29,11 @@ BuiltMesh take_mesh(MeshDescription&& d) {
   mesh.attributes = std::move(d.attributes);
   for (VolumeGrid& grid : d.grids) mesh.grids.emplace_back(std::move(grid));
   mesh.density_in_object_space = d.density_in_object_space;
+  if (const VolumeFlow& flow = d.flow; flow.scale != 0.0f && mesh.find_grid(flow.velocity)) {
+    mesh.velocity = int(mesh.find_grid(flow.velocity) - mesh.grids.data());
+    mesh.flow_scale = flow.scale;
+    mesh.flow_frame = flow.frame;
+  }
   mesh.source = std::move(d.shared);
   mesh.texture_space_location = d.texture_space_location;
   mesh.texture_space_size = d.texture_space_size;
@@ -88,6 +95,32 @@ Vec4 BuiltMesh::interpolate(const Attribute& attribute, uint32_t triangle, Vec2 
     return {v0[0] * b0 + v1[0] * b1 + v2[0] * b2, v0[1] * b0 + v1[1] * b1 + v2[1] * b2, 0.0f, b0 + b1 + b2};
   }
   return element(i0) * b0 + element(i1) * b1 + element(i2) * b2;
+}
+
+Vec3 before_flow(const BuiltMesh& mesh, const BuiltInstance& instance, Vec3 position, float time) {
+  const float scale = mesh.flow_scale * (time - mesh.flow_frame);
+  if (mesh.velocity < 0 || scale == 0.0f) return position;
+  Mat4 moved, moved_inverse;
+  const Mat4& world = world_from_object(instance, time, moved);
+  const Mat4& inverse = object_from_world(instance, time, moved_inverse);
+  const auto back = [&](Vec3 from) {
+    const Vec4 u = mesh.grids[size_t(mesh.velocity)].at(transform_point(inverse, from));
+    return position - scale * transform_vector(world, Vec3(u));
+  };
+  return back(back(position));
+}
+
+Vec3 farthest_flow(const BuiltMesh& mesh, const BuiltInstance& instance) {
+  if (mesh.velocity < 0) return Vec3(0.0f);
+  const float time = std::max(mesh.flow_frame, 1.0f - mesh.flow_frame);
+  const Vec3 fastest = mesh.grids[size_t(mesh.velocity)].largest();
+  Vec3 farthest(0.0f);
+  for (uint32_t key = 0; key < std::max(instance.motion_count, 1u); ++key) {
+    const Mat4& world = instance.motion ? instance.motion[key] : instance.world_from_object;
+    farthest = glm::max(farthest, glm::abs(Vec3(world[0])) * fastest.x + glm::abs(Vec3(world[1])) * fastest.y +
+                                      glm::abs(Vec3(world[2])) * fastest.z);
+  }
+  return time * std::abs(mesh.flow_scale) * farthest;
 }
 
 }  // namespace ajar

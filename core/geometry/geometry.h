@@ -47,6 +47,8 @@ struct BuiltMesh {
   std::shared_ptr<const Deformation> deformation;
   std::vector<VoxelGrid> grids;                   ///< of the volume inside; in object space, also if the mesh is baked
   bool density_in_object_space = false;           ///< see MeshDescription
+  int velocity = -1;                              ///< index of a grid; -1: the volume does not flow
+  float flow_scale = 0.0f, flow_frame = 0.5f;     ///< see VolumeFlow
   std::shared_ptr<const MeshDescription> source;  ///< the description it was built from, if later scenes can share it
   std::shared_ptr<void> structure;  ///< Embree's structure of a mesh that is not baked; accel.cpp knows its type
   size_t memory_bytes() const;
@@ -113,5 +115,10 @@ inline const Mat4& object_from_world(const BuiltInstance& instance, float time, 
   moved = glm::affineInverse(moved);
   return moved;
 }
+
+/// Where the grids have what an instance of a volume shows at a time of the shutter interval, in world space (VolumeFlow).
+Vec3 before_flow(const BuiltMesh& mesh, const BuiltInstance& instance, Vec3 position, float time);
+/// How far the volume flows at most along each axis while the shutter is open, in world space.
+Vec3 farthest_flow(const BuiltMesh& mesh, const BuiltInstance& instance);
 
 }  // namespace ajar

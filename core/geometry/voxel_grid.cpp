@@ -1,5 +1,6 @@
 #include "geometry/voxel_grid.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -75,6 +76,14 @@ Vec4 VoxelGrid::at(Vec3 position) const {
   if (components != 4) return {Vec3(sum), 1.0f};
   constexpr float kSmallest = 1e-6f;
   return sum.w > kSmallest ? Vec4(Vec3(sum) / sum.w, sum.w) : sum;
+}
+
+Vec3 VoxelGrid::largest() const {
+  Vec3 result(0.0f);
+  for (size_t i = 0; i + 3 <= grid_.values.size(); i += 3)
+    for (int axis = 0; axis < 3; ++axis)
+      result[axis] = std::max(result[axis], std::abs(grid_.values[i + size_t(axis)]));
+  return result;
 }
 
 size_t VoxelGrid::memory_bytes() const {

@@ -22,6 +22,8 @@ class VoxelGrid {
   /// The value at a position in object space. A grid of one component has the same value in red, green and blue. Alpha is
   /// 1, or the fourth component; then the colour is divided by it after the interpolation.
   Vec4 at(Vec3 position) const;
+  /// The largest absolute value of each component of a grid with three.
+  Vec3 largest() const;
   size_t brick_count() const { return grid_.bricks.size(); }
   /// Calls `visit(position)` for the centre of every `stride`-th voxel along each axis of a brick, in object space.
   template <class Visit>

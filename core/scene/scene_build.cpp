@@ -293,7 +293,7 @@ void Scene::Builder::add_instances() {
     s_.statistics_.strands += mesh.strands ? mesh.strands->strand_count() : 0;
     s_.statistics_.points += mesh.points ? mesh.points->spheres.size() : 0;
     s_.statistics_.geometry_bytes += mesh.memory_bytes();
-    s_.statistics_.deforming_meshes += mesh.deforms() ? 1 : 0;
+    s_.statistics_.deforming_meshes += mesh.deforms() || mesh.velocity >= 0 ? 1 : 0;
   }
 }
 
@@ -420,9 +420,6 @@ void Scene::Builder::compile_world(const ShaderContext& context) {
   s_.world_fingerprint_ = hash64(fingerprint(d_.world.graph) + fingerprint(d_.color));
   s_.compile(CameraShader::Of::World, 0, d_.world.graph, d_.world.name, context, diagnostics_);
   s_.has_media_ = s_.world_program_.has_volume();
-  if (s_.world_program_.medium_varies())
-    report_once(diagnostics_, {Diagnostic::Severity::Warning, d_.world.name,
-                               "its volume varies from place to place; it is rendered as in the centre of the scene"});
 }
 
 /// Each mesh by the materials of the first instance that shows it, as in Cycles.

@@ -480,7 +480,7 @@ def _export_volume(context: ExportContext, geometry: Geometry) -> tuple[int, aja
     """Like _export_mesh. Volumes that cannot be read are not kept, so that each export reports them."""
     cache, found = context.meshes, None
     if cache is not None:
-        key = cache.key(context, geometry.owner, geometry.data)
+        key = (*cache.key(context, geometry.owner, geometry.data), motion.of_shutter(context, geometry.owner))
         found = cache.known.get(key)
     if found is None:
         make = volumes.make if isinstance(geometry.data, bpy.types.Volume) else smoke.make

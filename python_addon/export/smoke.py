@@ -6,8 +6,9 @@ import bpy
 import numpy as np
 
 from ..ajar_module import ajar
+from . import motion
 from .context import ExportContext
-from .volumes import BRICK
+from .volumes import BRICK, VELOCITY, Grid, farthest
 
 # Floats per voxel of the grids that materials can read by name.
 _COMPONENTS = {"density": 1, "flame": 1, "heat": 1, "temperature": 1, "color": 4, "velocity": 3}
@@ -24,28 +25,38 @@ def make(context: ExportContext, owner: bpy.types.Object, mesh: bpy.types.Mesh) 
     """The box of a domain with its grids at the current frame, or None after a warning if there is nothing to show. The surface of the domain is not shown."""
     domain = domain_of(owner)
     density = _read(domain, "density") if domain is not None else None
-    if density is None or not density.any() or len(mesh.vertices) == 0:
+    if domain is None or density is None or not density.any() or len(mesh.vertices) == 0:
         context.warn(owner.name, "its smoke is empty in this frame and does not render; an unbaked simulation has to be baked or played first")
         return None
-    shape = np.array(density.shape[2::-1])
     corners = np.empty(3 * len(mesh.vertices), dtype=np.float32)
     mesh.vertices.foreach_get("co", corners)
     lower, upper = (edge(corners.reshape(-1, 3).astype(np.float64), axis=0) for edge in (np.min, np.max))
     if not (upper > lower).all():
         context.warn(owner.name, "its domain is flat and does not render")
         return None
-    voxel = (upper - lower) / shape
-    rows = np.zeros((3, 4))
-    rows[:, :3] = np.diag(1.0 / voxel)
-    rows[:, 3] = -lower / voxel - 0.5
-    grids = []
-    for name in ["density", *sorted((_COMPONENTS.keys() - {"density"}) & context.attribute_names)]:
+    shutter = motion.of_shutter(context, owner)
+    flow = (VELOCITY, domain.velocity_scale * shutter[0], shutter[2]) if shutter is not None and domain.velocity_scale != 0.0 else None
+    wanted = context.attribute_names | ({VELOCITY} if flow is not None else set())
+    grids: list[Grid] = []
+    for name in ["density", *sorted((_COMPONENTS.keys() - {"density"}) & wanted)]:
         context.check_cancelled()
         values = density if name == "density" else _read(domain, name)
-        if values is not None and values.shape[:3] == density.shape[:3]:
-            grids.append((name, [float(x) for x in rows.reshape(-1)], *_bricks(values)))
+        if values is not None:
+            grids.append((name, _index_from_object(values, lower, upper), *_bricks(values)))
+    if not any(grid[0] == VELOCITY for grid in grids):
+        flow = None
     # Values are interpolated up to the voxels outside, which are 0.
-    return ajar.make_volume(name=mesh.name, lower=tuple(lower - 0.5 * voxel), upper=tuple(upper + 0.5 * voxel), grids=grids)
+    voxel = (upper - lower) / np.array(density.shape[2::-1])
+    around = 0.5 * voxel + farthest(grids, flow)
+    more = {"flow": flow} if flow is not None else {}
+    return ajar.make_volume(name=mesh.name, lower=tuple(lower - around), upper=tuple(upper + around), grids=grids, **more)
+
+
+def _index_from_object(values: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> list[float]:
+    """Twelve numbers. Noise does not multiply the resolution of all grids, so that the sizes of their voxels differ."""
+    voxel = (upper - lower) / np.array(values.shape[2::-1])
+    rows = np.column_stack([np.diag(1.0 / voxel), -lower / voxel - 0.5])
+    return [float(x) for x in rows.reshape(-1)]
 
 
 def _read(domain: bpy.types.FluidDomainSettings, name: str) -> np.ndarray | None:

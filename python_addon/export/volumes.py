@@ -19,6 +19,7 @@ import bpy
 import numpy as np
 
 from ..ajar_module import ajar
+from . import motion
 from .context import ExportContext
 
 BRICK = 8
@@ -27,6 +28,14 @@ ROOT = 4096             # the same for a child of the root
 MAX_ROOTS = 1_000_000   # of children of the root that the bounds of a grid may have
 MAX_BRICKS = 2_000_000   # of a grid; 4 GiB of densities
 LOWER_NODE = 2          # depth of a lower internal node in the tree
+VELOCITY = "velocity"   # name of a grid that is made of three grids of components
+
+VOXELS = BRICK ** 3
+
+# Name, index_from_object, bricks and values of a grid, as ajar.make_volume takes them.
+Grid = tuple[str, list[float], np.ndarray, np.ndarray]
+# Name of the grid of velocities, by how much of a velocity its volume moves while the shutter is open, and the time of the frame in it, from 0 to 1.
+Flow = tuple[str, float, float]
 
 
 def library() -> ModuleType | None:
@@ -70,8 +79,53 @@ def make(context: ExportContext, owner: bpy.types.Object, volume: bpy.types.Volu
         context.warn(name, "all its grids are empty and it does not render")
         return None
     box = np.concatenate(corners)
-    return ajar.make_volume(name=volume.name, lower=tuple(box.min(axis=0)), upper=tuple(box.max(axis=0)), grids=grids,
-                            density_in_object_space=volume.render.space == "OBJECT")
+    flow = _flow(context, owner, volume, grids)
+    reach = farthest(grids, flow)
+    more = {"flow": flow} if flow is not None else {}
+    return ajar.make_volume(name=volume.name, lower=tuple(box.min(axis=0) - reach), upper=tuple(box.max(axis=0) + reach), grids=grids,
+                            density_in_object_space=volume.render.space == "OBJECT", **more)
+
+
+def farthest(grids: list[Grid], flow: Flow | None) -> np.ndarray:
+    """How far values move along each axis while the shutter is open, in object space: float64[3]."""
+    values = next((grid[3] for grid in grids if flow is not None and grid[0] == flow[0]), None)
+    if flow is None or values is None:
+        return np.zeros(3)
+    return np.abs(values.reshape(-1, 3)).max(axis=0).astype(np.float64) * abs(flow[1]) * max(flow[2], 1.0 - flow[2])
+
+
+def _flow(context: ExportContext, owner: bpy.types.Object, volume: bpy.types.Volume, grids: list[Grid]) -> Flow | None:
+    """The grid of velocities, its scale and the time of the frame in the shutter, for motion blur. Three grids of components are joined to one, which is
+    added to the grids."""
+    shutter = motion.of_shutter(context, owner)
+    if shutter is None or volume.velocity_scale == 0.0:
+        return None
+    seconds, _frames, frame = shutter
+    # As in Cycles, velocities per frame are not multiplied by the length of the shutter.
+    scale = volume.velocity_scale * (seconds if volume.velocity_unit == "SECOND" else 1.0)
+    known = {grid[0]: grid for grid in grids}
+    for name in (volume.velocity_grid, VELOCITY):
+        if name in known and len(known[name][3]) == 3 * VOXELS * len(known[name][2]):
+            return name, scale, frame
+    names = (volume.velocity_x_grid, volume.velocity_y_grid, volume.velocity_z_grid)
+    parts = {axis: known[name] for axis, name in enumerate(names) if name in known}   # grids of zeros are not among the known ones
+    if VELOCITY in known or not all(names) or not parts:
+        return None
+    if any(len(part[3]) != VOXELS * len(part[2]) for part in parts.values()) or len({tuple(part[1]) for part in parts.values()}) > 1:
+        context.warn(owner.name, "the grids of its velocity do not fit together; its motion is not blurred")
+        return None
+    grids.append(_joined(parts))
+    return VELOCITY, scale, frame
+
+
+def _joined(parts: dict[int, Grid]) -> Grid:
+    """One grid of three components, of grids for some axes; the others are 0."""
+    bricks = np.unique(np.concatenate([part[2] for part in parts.values()]), axis=0)
+    index = {tuple(brick): number for number, brick in enumerate(bricks)}
+    values = np.zeros((len(bricks), VOXELS, 3), dtype=np.float32)
+    for axis, part in parts.items():
+        values[[index[tuple(brick)] for brick in part[2]], :, axis] = part[3].reshape(-1, VOXELS)
+    return VELOCITY, next(iter(parts.values()))[1], bricks.astype(np.int32), values.reshape(-1)
 
 
 def _read(context: ExportContext, vdb: ModuleType, owner: bpy.types.Object, volume: bpy.types.Volume) -> list:

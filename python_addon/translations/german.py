@@ -709,6 +709,8 @@ TEXTS = {
     "its file cannot be read and the volume does not render: {error}": "seine Datei kann nicht gelesen werden und das Volumen wird nicht gerendert: {error}",
     "it has no grids and does not render": "es hat keine Gitter und wird nicht gerendert",
     "all its grids are empty and it does not render": "alle seine Gitter sind leer und es wird nicht gerendert",
+    "the grids of its velocity do not fit together; its motion is not blurred":
+        "die Gitter seiner Geschwindigkeit passen nicht zusammen; seine Bewegung ist nicht unscharf",
     "the grid \"{grid}\" has values of the type {type}, which cannot be rendered": "das Gitter „{grid}“ hat Werte des Typs {type}, der nicht gerendert werden kann",
     "the grid \"{grid}\" is too large and is ignored: {size} voxels": "das Gitter „{grid}“ ist zu groß und wird ignoriert: {size} Voxel",
     "the grid \"{grid}\" has too many voxels and is ignored": "das Gitter „{grid}“ hat zu viele Voxel und wird ignoriert",

@@ -103,6 +103,7 @@ class Dicer {
     out_.texture_space_size = mesh_.texture_space_size;
     out_.grids = mesh_.grids;
     out_.density_in_object_space = mesh_.density_in_object_space;
+    out_.flow = mesh_.flow;
     out_.positions.resize(plan_.vertices);
     out_.triangles.resize(plan_.triangles);
     if (!mesh_.material_slots.empty()) out_.material_slots.resize(plan_.triangles);

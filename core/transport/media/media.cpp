@@ -9,12 +9,13 @@ namespace {
 
 constexpr float kLargestExtent = 1e18f;  ///< of a volume that varies, in metres
 constexpr uint64_t kMaxMajorants = 8 * 16 * 16 * 16;
+constexpr int kWorldCells = 8;
 
 constexpr uint32_t kEveryVisibility = kVisibleCamera | kVisibleDiffuse | kVisibleGlossy | kVisibleTransmission |
                                       kVisibleVolumeScatter | kVisibleShadow;
 
 /// Number of cells along the longest axis of each of `varying` grids. All grids together have at most kMaxMajorants
-/// cells, or one cell each.
+/// cells, or one cell each. The volume of the world has at least kWorldCells along each axis.
 int cells_of(size_t varying) { return varying <= 8 ? 16 : varying <= 64 ? 8 : varying <= 512 ? 4 : 1; }
 
 void grow(Vec3 p, Vec3& lower, Vec3& upper) {
@@ -78,11 +79,14 @@ void MediaStack::leave(uint32_t medium) {
 }
 
 Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.instances().size(), kNone) {
-  if (scene.world_program().has_volume()) {
-    world_ = 0;
-    media_.push_back({kNone, kNone, &scene.world_program(), false, {}, {}, {}, {}, 0, 0.0f});
-  }
   size_t varying = 0;
+  if (const ShaderProgram& program = scene.world_program(); program.has_volume()) {
+    world_ = 0;
+    varying += program.medium_varies() ? 1 : 0;
+    const float half = std::max(scene.radius(), glm::length(scene.camera().position() - scene.center()));
+    media_.push_back(
+        {kNone, kNone, &program, program.medium_varies(), MajorantGrid::endless(scene.center(), half), 0, 0.0f});
+  }
   for (uint32_t i = 0; i < scene.instances().size(); ++i) {
     const BuiltInstance& instance = scene.instances()[i];
     if (!scene.meshes()[instance.mesh].has_triangles()) continue;  // strands and points enclose no volume
@@ -102,7 +106,7 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
       // Larger volumes are treated as uniform, because the lengths of cells would overflow.
       const bool varies = program.medium_varies() && max_component(upper - lower) < kLargestExtent;
       varying += varies ? 1 : 0;
-      media_.push_back({i, material, &program, varies, lower, upper - lower, {}, {}, 0, 0.0f});
+      media_.push_back({i, material, &program, varies, MajorantGrid(lower, upper), 0, 0.0f});
       media_.back().visibility = instance.visibility;
       any_hidden_ |= (instance.visibility & kEveryVisibility) != kEveryVisibility;
       if (scene.meshes()[instance.mesh].density_in_object_space) {
@@ -113,7 +117,9 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
   }
   const int cells_along = cells_of(varying);
   for (Medium& medium : media_)
-    if (medium.varies) find_majorants(medium, cells_along, FineMajorants::kMaxDivided / varying);
+    if (medium.varies)
+      find_majorants(medium, medium.instance == kNone ? std::max(cells_along, kWorldCells) : cells_along,
+                     FineMajorants::kMaxDivided / varying);
   find_emission();
 }
 

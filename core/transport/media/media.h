@@ -15,7 +15,7 @@
 // the shader, because the extinction of a node graph cannot be bounded in general. Where the extinction exceeds its
 // majorant, null collisions have negative weights and the estimate stays unbiased [Galtier et al. 2013]; such points
 // are counted. Extinction that exceeds the optical depth kMaxOpticalDepthPerCell in a cell is reduced to it and
-// counted.
+// counted. The volume of the world may vary too: its cells grow with the distance from the scene (majorant_grid.h).
 #pragma once
 
 #include <array>
@@ -25,6 +25,7 @@
 #include "math/random.h"
 #include "scene/scene.h"
 #include "transport/media/fine_majorants.h"
+#include "transport/media/majorant_grid.h"
 
 namespace ajar {
 
@@ -136,8 +137,7 @@ class Media {
     uint32_t instance, material;  // kNone: the volume of the world
     const ShaderProgram* program;
     bool varies;
-    Vec3 lower, size, inverse_size;  // lower corner of the grid; size of its cells; only for media that vary
-    std::array<int, 3> cells;
+    MajorantGrid grid;  // only for media that vary
     size_t first_majorant;
     float most;                   // maximum extinction per metre; 0: no limit
     Color mean_extinction{0.0f};  // where light is, of media that vary; 0 if nothing scatters
@@ -153,15 +153,18 @@ class Media {
   const MediaStack& seen_by(const MediaRay& along, MediaStack& scratch) const;
   void evaluate(const MediaStack& stack, ShadingPoint& inside, MediumPoint& point, MediaCounters& counters) const;
   struct Samples;
-  Samples sample_cells(Medium& medium, Vec3 extent) const;
-  void sample_voxels(const Medium& medium, Samples& all) const;
+  Samples sample_cells(const Medium& medium) const;
+  Vec3 sample_voxels(const Medium& medium, Samples& all) const;
   void find_majorants(Medium& medium, int cells_along, size_t max_divided);
   void divide_cells(Medium& medium, const Samples& all, size_t max_divided);
-  void find_fine_majorants(const Medium& medium, size_t cell, Vec3 corner, FineMajorants::Cells& found) const;
+  float least_majorant(const Medium& medium, const std::array<int, 3>& cell) const;
+  void find_fine_majorants(const Medium& medium, size_t cell, FineMajorants::Cells& found) const;
   void find_emission();
+  template <bool kEndless>
   float majorant(const Medium& medium, Vec3 position, Vec3 direction, float& reach) const;
   float fine_majorant(const Medium& medium, const std::array<int, 3>& cell, Vec3 position, Vec3 direction,
                       float& reach) const;
+  template <bool kEndless>
   bool reaches(const Medium& medium, Vec3 position) const;
   template <class Collide>
   void track(const MediaRay& along, Pcg32& rng, MediaCounters& counters, Collide&& collide) const;

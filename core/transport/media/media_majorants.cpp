@@ -8,6 +8,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include "math/warps.h"
 #include "transport/media/media.h"
 
 namespace ajar {
@@ -81,14 +82,10 @@ struct Media::Samples {
   bool scatters = false, emits = false;
 };
 
-Media::Samples Media::sample_cells(Medium& medium, Vec3 extent) const {
-  for (int axis = 0; axis < 3; ++axis) {
-    medium.size[axis] = extent[axis] / float(medium.cells[size_t(axis)]);
-    medium.inverse_size[axis] = 1.0f / medium.size[axis];
-  }
-  const auto [nx, ny, nz] = medium.cells;
+Media::Samples Media::sample_cells(const Medium& medium) const {
+  const MajorantGrid& grid = medium.grid;
   Samples all;
-  all.seen.resize(size_t(nx) * size_t(ny) * size_t(nz));
+  all.seen.resize(grid.count());
   all.compared.resize(all.seen.size());
   all.mean.resize(all.seen.size());
   all.smallest.resize(all.seen.size());
@@ -97,12 +94,11 @@ Media::Samples Media::sample_cells(Medium& medium, Vec3 extent) const {
     bool scatters = false, emits = false;
   };
   std::vector<Sum> sums(all.seen.size());
-  const BuiltInstance& instance = scene_.instances()[medium.instance];
+  const BuiltInstance* instance = medium.instance == kNone ? nullptr : &scene_.instances()[medium.instance];
+  const bool moves = instance && (instance->motion || scene_.meshes()[instance->mesh].velocity >= 0);
   tbb::parallel_for(size_t(0), all.seen.size(), [&](size_t index) {
-    Pcg32 own(index, 0x6d656469U), shared(0, 0x6d656469U);
-    const Vec3 corner = medium.lower + medium.size * Vec3(float(index % size_t(nx)),
-                                                          float(index / size_t(nx) % size_t(ny)),
-                                                          float(index / (size_t(nx) * size_t(ny))));
+    Pcg32 own(index, 0x6d656469U), shared(0, 0x6d656469U), directions(index, 0x64697265U);
+    const Vec3 corner = grid.lower(grid.cell(index)), size = grid.size(grid.cell(index));
     ShadingPoint path;
     MediaStack none;
     Ray ray;
@@ -112,8 +108,11 @@ Media::Samples Media::sample_cells(Medium& medium, Vec3 extent) const {
     for (int k = 0; k < kSamplesPerCell; ++k) {
       // Points at the same places of all cells show which axes the extinction varies along.
       Pcg32& rng = k < kSamplesPerCell / 2 ? shared : own;
-      inside.position = corner + medium.size * Vec3(rng.next_float(), rng.next_float(), rng.next_float());
-      inside.time = instance.motion ? rng.next_float() : 0.0f;  // in a mesh that deforms, the media stay
+      inside.position = corner + size * Vec3(rng.next_float(), rng.next_float(), rng.next_float());
+      inside.time = moves ? rng.next_float() : 0.0f;  // in a mesh that deforms, the media stay
+      // Materials can depend on the direction of view.
+      inside.wo = inside.ng = inside.ns = warp::square_to_sphere(
+          Vec2(directions.next_float(), directions.next_float()));
       inside.ray_kind = k % 4 == 3 ? uint32_t(kRayShadow) : uint32_t(kRayCamera);
       MediumPoint point;
       add(medium, inside, point, ignored);
@@ -125,12 +124,12 @@ Media::Samples Media::sample_cells(Medium& medium, Vec3 extent) const {
       sums[index].scatters |= point.scatters();
       sums[index].emits |= !is_black(point.emission);
       // Emission is found at collisions, so the majorant must not be zero.
-      if (!is_black(point.emission)) seen = std::max(seen, 1.0f / glm::length(medium.size));
+      if (!is_black(point.emission)) seen = std::max(seen, 1.0f / glm::length(size));
     }
     all.smallest[index] = smallest;
   });
   // Nearly no light is in cells that are opaque everywhere. They count only if there are no others with extinction.
-  const float side = glm::length(medium.size) / std::sqrt(3.0f);
+  // The far cells of an endless medium are where no vertices of paths are.
   Color seen_by_light(0.0f);
   size_t lit = 0;
   for (size_t cell = 0; cell < sums.size(); ++cell) {
@@ -138,7 +137,7 @@ Media::Samples Media::sample_cells(Medium& medium, Vec3 extent) const {
     all.extinction += sum.extinction / float(kSamplesPerCell * sums.size());
     all.scatters |= sum.scatters;
     all.emits |= sum.emits;
-    if (all.smallest[cell] * side >= kOpaque) continue;
+    if (all.smallest[cell] * grid.side(grid.cell(cell)) >= kOpaque || !grid.is_even(grid.cell(cell))) continue;
     seen_by_light += sum.extinction / float(kSamplesPerCell);
     ++lit;
   }
@@ -147,7 +146,9 @@ Media::Samples Media::sample_cells(Medium& medium, Vec3 extent) const {
 }
 
 /// Looks at the voxels of grids too. Between voxels, grids are interpolated, so that their largest value is at a voxel.
-void Media::sample_voxels(const Medium& medium, Samples& all) const {
+/// Returns how far the volume flows while the shutter is open.
+Vec3 Media::sample_voxels(const Medium& medium, Samples& all) const {
+  if (medium.instance == kNone) return Vec3(0.0f);
   const BuiltInstance& instance = scene_.instances()[medium.instance];
   const BuiltMesh& mesh = scene_.meshes()[instance.mesh];
   for (const VoxelGrid& grid : mesh.grids) {
@@ -158,67 +159,86 @@ void Media::sample_voxels(const Medium& medium, Samples& all) const {
       MediaStack none;
       Ray ray;
       ShadingPoint inside = inside_of({none, ray, 0.0f, path, kRayCamera});
+      if (mesh.velocity >= 0) inside.time = mesh.flow_frame;
       MediaCounters ignored;
       grid.for_each_voxel(brick, stride, [&](Vec3 center) {
         inside.position = transform_point(instance.world_from_object, center);
-        const Vec3 place = (inside.position - medium.lower) * medium.inverse_size;
         std::array<int, 3> cell;
         for (int axis = 0; axis < 3; ++axis) {
-          const int count = medium.cells[size_t(axis)];
-          if (!(place[axis] >= 0.0f && place[axis] < float(count))) return;
-          cell[size_t(axis)] = std::min(int(place[axis]), count - 1);
+          const int count = medium.grid.cells()[size_t(axis)];
+          const float place = medium.grid.place(axis, inside.position[axis]);
+          if (!(place >= 0.0f && place < float(count))) return;
+          cell[size_t(axis)] = std::min(int(place), count - 1);
         }
         MediumPoint point;
         add(medium, inside, point, ignored);
         const float extinction = max_component(point.extinction);
-        std::atomic_ref<float> seen(
-            all.seen[size_t((cell[2] * medium.cells[1] + cell[1]) * medium.cells[0] + cell[0])]);
+        std::atomic_ref<float> seen(all.seen[medium.grid.index(cell)]);
         for (float known = seen.load(); known < extinction && !seen.compare_exchange_weak(known, extinction);) {
         }
       });
     });
   }
+  return farthest_flow(mesh, instance);
+}
+
+/// Of the far cells of an endless medium, a quarter of a collision across each.
+float Media::least_majorant(const Medium& medium, const std::array<int, 3>& cell) const {
+  return medium.grid.is_even(cell) ? medium.least : std::min(medium.least, 0.25f / glm::length(medium.grid.size(cell)));
 }
 
 void Media::find_majorants(Medium& medium, int cells_along, size_t max_divided) {
-  const Vec3 extent = glm::max(medium.size, Vec3(1e-6f * max_component(medium.size) + 1e-30f));
+  MajorantGrid& grid = medium.grid;
+  const Vec3 extent = grid.extent();
   const float cell = max_component(extent) / float(cells_along);
+  std::array<int, 3> cells;
   for (int axis = 0; axis < 3; ++axis)
-    medium.cells[size_t(axis)] = std::clamp(int(std::ceil(extent[axis] / cell)), 1, cells_along);
-  medium.most = kMaxOpticalDepthPerCell /
-                glm::length(extent / Vec3(float(medium.cells[0]), float(medium.cells[1]), float(medium.cells[2])));
-  Samples all = sample_cells(medium, extent);
-  if (divide_anew(all.compared, medium.cells)) all = sample_cells(medium, extent);
-  sample_voxels(medium, all);
+    cells[size_t(axis)] = std::clamp(int(std::ceil(extent[axis] / cell)), 1, cells_along);
+  grid.divide(cells);
+  medium.most = kMaxOpticalDepthPerCell / glm::length(grid.size({cells[0] / 2, cells[1] / 2, cells[2] / 2}));
+  Samples all = sample_cells(medium);
+  if (divide_anew(all.compared, cells)) {
+    grid.divide(cells);
+    all = sample_cells(medium);
+  }
+  const Vec3 flow = sample_voxels(medium, all);
+  std::array<int, 3> around;  // the neighbouring cells are included for peaks between the samples
+  for (int axis = 0; axis < 3; ++axis) {
+    const float cells_passed = std::ceil(flow[axis] / grid.size(axis, 0));
+    around[size_t(axis)] = cells_passed < float(cells[size_t(axis)]) ? std::max(int(cells_passed), 1)
+                                                                     : cells[size_t(axis)];
+  }
   medium.emits |= all.emits;
   if (all.scatters && is_finite(all.extinction)) medium.mean_extinction = all.extinction;
   const float largest = *std::max_element(all.seen.begin(), all.seen.end());
-  const float least = medium.least = std::min(
+  medium.least = std::min(
       std::max(std::min(kMinShare * largest, kMostIdle / max_component(extent)), 0.25f / glm::length(extent)),
       kLargest);
   medium.first_majorant = majorants_.size();
-  const auto [nx, ny, nz] = medium.cells;
-  for (int z = 0; z < nz; ++z)
-    for (int y = 0; y < ny; ++y)
-      for (int x = 0; x < nx; ++x) {
-        // The neighbouring cells are included for peaks between the samples.
-        float most = least;
-        for (int w = std::max(z - 1, 0); w <= std::min(z + 1, nz - 1); ++w)
-          for (int v = std::max(y - 1, 0); v <= std::min(y + 1, ny - 1); ++v)
-            for (int u = std::max(x - 1, 0); u <= std::min(x + 1, nx - 1); ++u)
-              most = std::max(most, std::min(kMargin * all.seen[size_t((w * ny + v) * nx + u)], kLargest));
-        majorants_.push_back(most);
-      }
+  for (size_t index = 0; index < grid.count(); ++index) {
+    const std::array<int, 3> at = grid.cell(index);
+    const auto [x, y, z] = at;
+    float most = least_majorant(medium, at);
+    for (int w = std::max(z - around[2], 0); w <= std::min(z + around[2], cells[2] - 1); ++w)
+      for (int v = std::max(y - around[1], 0); v <= std::min(y + around[1], cells[1] - 1); ++v)
+        for (int u = std::max(x - around[0], 0); u <= std::min(x + around[0], cells[0] - 1); ++u)
+          // Far cells are too large for the peaks of others.
+          if (grid.is_even({u, v, w}) == grid.is_even(at))
+            most = std::max(most, std::min(kMargin * all.seen[grid.index({u, v, w})], kLargest));
+    majorants_.push_back(most);
+  }
   divide_cells(medium, all, max_divided);
 }
 
 void Media::divide_cells(Medium& medium, const Samples& all, size_t max_divided) {
   // The voxels of grids are looked at one by one, so that their majorants are tight. Media that move have no fixed cells.
-  const BuiltInstance& instance = scene_.instances()[medium.instance];
-  if (instance.motion || !scene_.meshes()[instance.mesh].grids.empty()) return;
-  const float side = glm::length(medium.size) / std::sqrt(3.0f);
+  if (medium.instance != kNone) {
+    const BuiltInstance& instance = scene_.instances()[medium.instance];
+    if (instance.motion || !scene_.meshes()[instance.mesh].grids.empty()) return;
+  }
   std::vector<std::pair<float, size_t>> idle;  // null collisions of a ray, and the cell
   for (size_t cell = 0; cell < all.seen.size(); ++cell) {
+    const float side = medium.grid.side(medium.grid.cell(cell));
     const float null = (majorants_[medium.first_majorant + cell] - all.mean[cell]) * side;
     if (null >= kIdle && all.smallest[cell] * side < kOpaque) idle.emplace_back(null, cell);
   }
@@ -231,10 +251,10 @@ void Media::divide_cells(Medium& medium, const Samples& all, size_t max_divided)
   medium.fine = FineMajorants(all.seen.size(), divided);
 }
 
-/// `corner`: the lower one of the cell. The extinction at the corners of the small cells, and at one point in each. If the
+/// The extinction at the corners of the small cells, and at one point in each. If the
 /// largest of them are always at corners, the extinction changes slowly, and the largest one in a small cell is taken.
 /// Otherwise there can be peaks between the points, and the neighbours are included.
-void Media::find_fine_majorants(const Medium& medium, size_t cell, Vec3 corner, FineMajorants::Cells& found) const {
+void Media::find_fine_majorants(const Medium& medium, size_t cell, FineMajorants::Cells& found) const {
   constexpr int kCells = FineMajorants::kAlong, kCorners = kCells + 1;
   ShadingPoint path;
   MediaStack none;
@@ -242,16 +262,17 @@ void Media::find_fine_majorants(const Medium& medium, size_t cell, Vec3 corner, 
   ShadingPoint inside = inside_of({none, ray, 0.0f, path, kRayCamera});
   MediaCounters ignored;
   Pcg32 rng(cell, 0x66696e65U);
-  const Vec3 size = medium.size / float(kCells);
-  const auto largest_at = [&](Vec3 place) {
-    inside.position = corner + size * place;
+  const std::array<int, 3> place = medium.grid.cell(cell);
+  const Vec3 corner = medium.grid.lower(place), whole = medium.grid.size(place), size = whole / float(kCells);
+  const auto largest_at = [&](Vec3 at) {
+    inside.position = corner + size * at;
     float largest = 0.0f;
     for (const uint32_t kind : {uint32_t(kRayCamera), uint32_t(kRayShadow)}) {
       inside.ray_kind = kind;
       MediumPoint point;
       add(medium, inside, point, ignored);
       largest = std::max(largest, max_component(point.extinction));
-      if (!is_black(point.emission)) largest = std::max(largest, 1.0f / glm::length(medium.size));
+      if (!is_black(point.emission)) largest = std::max(largest, 1.0f / glm::length(whole));
     }
     return largest;
   };
@@ -279,7 +300,7 @@ void Media::find_fine_majorants(const Medium& medium, size_t cell, Vec3 corner, 
       for (int y = std::max(at[1] - reach, 0); y <= std::min(at[1] + reach, kCells - 1); ++y)
         for (int x = std::max(at[0] - reach, 0); x <= std::min(at[0] + reach, kCells - 1); ++x)
           most = std::max(most, largest[size_t((z * kCells + y) * kCells + x)]);
-    found[size_t(i)] = FineMajorants::code_of(std::max(kMargin * most, medium.least) /
+    found[size_t(i)] = FineMajorants::code_of(std::max(kMargin * most, least_majorant(medium, place)) /
                                               majorants_[medium.first_majorant + cell]);
   }
 }
@@ -287,14 +308,14 @@ void Media::find_fine_majorants(const Medium& medium, size_t cell, Vec3 corner, 
 /// As `majorant`, in a cell that is divided.
 float Media::fine_majorant(const Medium& medium, const std::array<int, 3>& cell, Vec3 position, Vec3 direction,
                            float& reach) const {
-  const size_t index = size_t((cell[2] * medium.cells[1] + cell[1]) * medium.cells[0] + cell[0]);
-  const Vec3 corner = medium.lower + medium.size * Vec3(cell[0], cell[1], cell[2]);
+  const size_t index = medium.grid.index(cell);
+  const Vec3 corner = medium.grid.lower(cell), whole = medium.grid.size(cell);
   const FineMajorants::Cells& fine = medium.fine.in(
-      index, [&](FineMajorants::Cells& found) { find_fine_majorants(medium, index, corner, found); });
+      index, [&](FineMajorants::Cells& found) { find_fine_majorants(medium, index, found); });
   constexpr int kCells = FineMajorants::kAlong;
   size_t small = 0;
   for (int axis = 2; axis >= 0; --axis) {
-    const float size = medium.size[axis] / float(kCells), d = direction[axis];
+    const float size = whole[axis] / float(kCells), d = direction[axis];
     const int at = std::clamp(int((position[axis] - corner[axis]) / size), 0, kCells - 1);
     small = small * size_t(kCells) + size_t(at);
     if (d == 0.0f) continue;

@@ -62,10 +62,11 @@ Color transmittance_of(Color extinction, float distance) {
 }
 
 /// Media that vary end at their bounds, in case a ray has missed their surface.
+template <bool kEndless>
 bool Media::reaches(const Medium& medium, Vec3 position) const {
   for (int axis = 0; axis < 3; ++axis) {
-    const float place = (position[axis] - medium.lower[axis]) * medium.inverse_size[axis];
-    if (!(place >= 0.0f && place < float(medium.cells[size_t(axis)]))) return false;
+    const float place = medium.grid.place<kEndless>(axis, position[axis]);
+    if (!(place >= 0.0f && place < float(medium.grid.cells()[size_t(axis)]))) return false;
   }
   return true;
 }
@@ -75,25 +76,28 @@ void Media::add(const Medium& medium, ShadingPoint& inside, MediumPoint& point, 
     inside.instance = nullptr;
     inside.mesh = nullptr;
     inside.object = nullptr;
-    // The position of a point of the world is a direction. The volume of the world is evaluated in the direction of the
-    // centre of the scene.
-    ShadingPoint middle = inside;
-    middle.position = scene_.center();
-    middle.wo = middle.ng = middle.ns = -scene_.center();
-    medium.program->add_medium(middle, point);
-    return;
+  } else {
+    const BuiltInstance& instance = scene_.instances()[medium.instance];
+    inside.instance = &instance;
+    inside.mesh = &scene_.meshes()[instance.mesh];
+    inside.object = &scene_.object(instance.object);
   }
-  const BuiltInstance& instance = scene_.instances()[medium.instance];
-  inside.instance = &instance;
-  inside.mesh = &scene_.meshes()[instance.mesh];
-  inside.object = &scene_.object(instance.object);
   if (!medium.varies && medium.scale == 1.0f) {
     medium.program->add_medium(inside, point);
     return;
   }
-  if (medium.inverse_size.x > 0.0f && !reaches(medium, inside.position)) return;
+  if (medium.grid.is_divided() &&
+      !(medium.grid.is_endless() ? reaches<true>(medium, inside.position) : reaches<false>(medium, inside.position)))
+    return;
   MediumPoint own;
-  medium.program->add_medium(inside, own);
+  if (inside.mesh && inside.mesh->velocity >= 0) [[unlikely]] {
+    const Vec3 place = inside.position;
+    inside.position = before_flow(*inside.mesh, *inside.instance, place, inside.time);
+    medium.program->add_medium(inside, own);
+    inside.position = place;
+  } else {
+    medium.program->add_medium(inside, own);
+  }
   const float largest = max_component(own.extinction);
   float scale = medium.scale;
   if (medium.most > 0.0f && largest * scale > medium.most) {
@@ -122,12 +126,13 @@ const MediaStack& Media::seen_by(const MediaRay& along, MediaStack& scratch) con
   return scratch;
 }
 
+template <bool kEndless>
 float Media::majorant(const Medium& medium, Vec3 position, Vec3 direction, float& reach) const {
   std::array<int, 3> cell;
   bool inside = true;
   for (int axis = 0; axis < 3; ++axis) {
-    const int count = medium.cells[size_t(axis)];
-    const float d = direction[axis], place = (position[axis] - medium.lower[axis]) * medium.inverse_size[axis];
+    const int count = medium.grid.cells()[size_t(axis)];
+    const float d = direction[axis], place = medium.grid.place<kEndless>(axis, position[axis]);
     int border;  // the next border of a cell on the ray
     if (!(place >= 0.0f && place < float(count))) {
       inside = false;
@@ -138,11 +143,11 @@ float Media::majorant(const Medium& medium, Vec3 position, Vec3 direction, float
       border = cell[size_t(axis)] + (d > 0.0f ? 1 : 0);
     }
     if (d == 0.0f) continue;
-    reach = std::min(reach, std::max((medium.lower[axis] + medium.size[axis] * float(border) - position[axis]) / d,
-                                     1e-3f * medium.size[axis]));
+    const float size = medium.grid.size<kEndless>(axis, std::min(border, count - 1));
+    reach = std::min(reach, std::max((medium.grid.border<kEndless>(axis, border) - position[axis]) / d, 1e-3f * size));
   }
   if (!inside) return 0.0f;
-  const size_t index = size_t((cell[2] * medium.cells[1] + cell[1]) * medium.cells[0] + cell[0]);
+  const size_t index = medium.grid.index(cell);
   if (medium.fine.divides(index)) return fine_majorant(medium, cell, position, direction, reach);
   return majorants_[medium.first_majorant + index];
 }
@@ -171,7 +176,8 @@ void Media::track(const MediaRay& along, Pcg32& rng, MediaCounters& counters, Co
     float rate = constant, reach = along.t_end - t;
     for (int i = 0; i < stack.size(); ++i)
       if (const Medium& medium = media_[stack[i]]; medium.varies)
-        rate += majorant(medium, position, along.ray.direction, reach);
+        rate += medium.grid.is_endless() ? majorant<true>(medium, position, along.ray.direction, reach)
+                                         : majorant<false>(medium, position, along.ray.direction, reach);
     const float step = -std::log(1.0f - rng.next_float()) / rate;
     if (!(step < reach)) {
       // Continue in the next cell; exponential distances have no memory.

@@ -66,6 +66,18 @@ def export_context(scene) -> Callable:
 
 
 @pytest.fixture
+def export_blurred(scene) -> Callable:
+    """A function that exports the scene with motion blur and returns the context."""
+    def run():
+        scene.render.use_motion_blur = True
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        depsgraph.update()
+        return export_scene(depsgraph, Options(), ["Combined"], depsgraph.scene_eval.camera, lambda: False, lambda step: None,
+                            lambda frame, subframe: scene.frame_set(frame, subframe=subframe))
+    return run
+
+
+@pytest.fixture
 def export(export_context) -> Export:
     return lambda *arguments: export_context(*arguments).description
 

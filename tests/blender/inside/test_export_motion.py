@@ -3,19 +3,6 @@
 import bpy
 import numpy as np
 import pytest
-from ajar_render.export import export_scene
-from ajar_render.headless import Options
-
-
-@pytest.fixture
-def export_blurred(scene):
-    def run():
-        scene.render.use_motion_blur = True
-        depsgraph = bpy.context.evaluated_depsgraph_get()
-        depsgraph.update()
-        return export_scene(depsgraph, Options(), ["Combined"], depsgraph.scene_eval.camera, lambda: False, lambda step: None,
-                            lambda frame, subframe: scene.frame_set(frame, subframe=subframe))
-    return run
 
 
 def slide(thing, path="location", index=0):

@@ -10,9 +10,10 @@ pytestmark = pytest.mark.skipif(not bpy.app.build_options.fluid, reason="this Bl
 
 
 @pytest.fixture
-def domain(build, tmp_path):
+def domain(build, tmp_path, monkeypatch):
     """Makes the smoke of a box, simulated for three frames on at most 20 voxels along an axis."""
-    def make(adaptive=False, bake=True, colour=(1.0, 1.0, 1.0), material=None):
+    monkeypatch.chdir(tmp_path)   # noise writes a file there
+    def make(adaptive=False, bake=True, colour=(1.0, 1.0, 1.0), material=None, noise=False):
         corners = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
         faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
         flow = build.object(build.mesh("Flow", [tuple(0.3 * c for c in p) for p in corners], faces), "Flow")
@@ -29,6 +30,7 @@ def domain(build, tmp_path):
         settings.domain_type, settings.cache_type = "GAS", "ALL"
         settings.cache_directory = str(tmp_path / "cache")
         settings.resolution_max, settings.cache_frame_end, settings.use_adaptive_domain = 20, 3, adaptive
+        settings.use_noise = noise
         bpy.context.scene.frame_end = 3
         bpy.context.view_layer.objects.active = owner
         if bake:
@@ -80,6 +82,29 @@ def test_other_grids_are_exported_if_materials_ask_for_them(domain, build, expor
     raw = np.array(settings.color_grid, dtype=np.float32).reshape(*shape[::-1], 4).transpose(2, 1, 0, 3)
     assert raw[..., 3].max() > 0.5 and np.array_equal(dense(grids["color"], shape), raw)   # multiplied by alpha
     assert dense(grids["heat"], shape).max() > 0.0
+
+
+@pytest.mark.parametrize("noise", [False, True])
+def test_smoke_flows_with_motion_blur(domain, export, export_blurred, noise):
+    owner = domain(noise=noise)
+    render = bpy.context.scene.render
+    still, = [mesh for mesh in export().meshes if mesh.grids]
+    assert still.flow[0] == "" and [grid[0] for grid in still.grids] == ["density"]
+    render.motion_blur_shutter, render.fps, render.fps_base = 0.5, 25, 1.0
+    mesh, = [mesh for mesh in export_blurred().description.meshes if mesh.grids]
+    thing, settings = evaluated(owner)
+    assert mesh.flow == ("velocity", pytest.approx(settings.velocity_scale * 0.5 / 25), 0.5)
+    grids = {grid[0]: grid for grid in mesh.grids}
+    shape = tuple(settings.domain_resolution)
+    raw = np.array(settings.velocity_grid, dtype=np.float32).reshape(*shape[::-1], 3).transpose(2, 1, 0, 3)
+    assert np.abs(raw).max() > 0.0 and np.array_equal(dense(grids["velocity"], shape), raw)
+    # Noise multiplies the resolution of the density alone; both fill the domain.
+    box = np.array([vertex.co for vertex in thing.data.vertices])
+    for name, factor in (("density", settings.noise_scale if noise else 1), ("velocity", 1)):
+        rows = np.array(grids[name][1]).reshape(3, 4)
+        assert np.allclose(rows[:, :3] @ box.max(axis=0) + rows[:, 3], factor * np.array(shape) - 0.5, atol=1e-3)
+    room = np.abs(raw).reshape(-1, 3).max(axis=0) * mesh.flow[1] * 0.5
+    assert np.allclose(mesh.positions.max(axis=0) - still.positions.max(axis=0), room, atol=1e-5)
 
 
 def test_smoke_that_is_not_simulated_is_reported(domain, export_context):

@@ -133,6 +133,82 @@ def test_instances_of_a_volume_share_its_grids(cloud, build, export, way):
     assert sum(description.objects[instance.object].mesh == number for instance in description.instances) == 3
 
 
+def blurred(thing, position="CENTER"):
+    """Motion blur of half a frame at 25 frames a second; the volume's own settings."""
+    render = bpy.context.scene.render
+    render.motion_blur_shutter, render.fps, render.fps_base = 0.5, 25, 1.0
+    owner = render if hasattr(render, "motion_blur_position") else bpy.context.scene.cycles
+    owner.motion_blur_position = position
+    thing.data.grids.load()
+    thing.data.velocity_unit = "SECOND"
+    thing.data.update_tag()
+    return thing.data
+
+
+def with_velocity(cloud, name="velocity"):
+    values = np.zeros((5, 4, 3, 3), dtype=np.float32)
+    values[2, 1, 1] = (8.0, -2.0, 1.0)
+    return cloud(a_grid(np.ones((5, 4, 3), dtype=np.float32)), a_grid(values, name=name, kind="Vec3SGrid"))
+
+
+@pytest.mark.parametrize("position, frame", [("START", 0.0), ("CENTER", 0.5), ("END", 1.0)])
+def test_a_volume_flows_with_motion_blur(cloud, export, export_blurred, position, frame):
+    thing = with_velocity(cloud)
+    still, = export().meshes
+    assert still.flow[0] == ""
+    blurred(thing, position)
+    mesh, = export_blurred().description.meshes
+    assert mesh.flow == ("velocity", pytest.approx(0.5 / 25), frame)
+    # The box has room for what flows out of its grids.
+    room = np.array((8.0, 2.0, 1.0)) * 0.5 / 25 * max(frame, 1.0 - frame)
+    assert np.allclose(mesh.positions.max(axis=0) - still.positions.max(axis=0), room, atol=1e-6)
+    assert np.allclose(still.positions.min(axis=0) - mesh.positions.min(axis=0), room, atol=1e-6)
+
+
+def test_velocities_per_frame_and_their_scale(cloud, export_blurred):
+    volume = blurred(with_velocity(cloud))
+    volume.velocity_unit, volume.velocity_scale = "FRAME", 0.25
+    assert export_blurred().description.meshes[0].flow == ("velocity", pytest.approx(0.25), 0.5)   # as in Cycles, without the shutter
+    volume.velocity_scale = 0.0
+    volume.update_tag()
+    assert export_blurred().description.meshes[0].flow[0] == ""
+
+
+def test_a_volume_without_motion_blur_of_its_shape_does_not_flow(cloud, export_blurred):
+    blurred(with_velocity(cloud))
+    bpy.data.objects["Sky"].cycles.use_deform_motion = False
+    assert export_blurred().description.meshes[0].flow[0] == ""
+
+
+def test_the_grid_of_velocities_can_have_another_name(cloud, export_blurred):
+    blurred(with_velocity(cloud, "wind")).velocity_grid = "wind"
+    assert export_blurred().description.meshes[0].flow[0] == "wind"
+
+
+def test_three_grids_are_joined_to_velocities(cloud, export_blurred):
+    part = np.zeros((9, 4, 3), dtype=np.float32)
+    part[1, 1, 1] = 3.0
+    more = np.zeros((9, 4, 3), dtype=np.float32)
+    more[8, 2, 0] = -5.0
+    blurred(cloud(a_grid(np.ones((9, 4, 3), dtype=np.float32)), a_grid(part, name="velocity_x"), a_grid(0.0 * part, name="velocity_y"),
+                  a_grid(more, name="velocity_z")))
+    mesh, = export_blurred().description.meshes
+    assert mesh.flow[0] == "velocity"
+    grid, = [grid for grid in mesh.grids if grid[0] == "velocity"]
+    found = dense(grid, part.shape)
+    assert np.array_equal(found[..., 0], part) and np.array_equal(found[..., 2], more) and not found[..., 1].any()
+
+
+def test_velocities_that_do_not_fit_together_are_reported(cloud, export_blurred):
+    other = a_grid(np.ones((2, 2, 2), dtype=np.float32), name="velocity_y")
+    other.transform = vdb.createLinearTransform(0.1)
+    same = [a_grid(np.ones((2, 2, 2), dtype=np.float32), name=name) for name in ("density", "velocity_x", "velocity_z")]
+    blurred(cloud(*same, other))
+    context = export_blurred()
+    assert [text for name, text in context.warnings if name == "Sky"] == ["the grids of its velocity do not fit together; its motion is not blurred"]
+    assert context.description.meshes[0].flow[0] == ""
+
+
 def test_a_file_that_ends_early_is_reported(cloud, export_context, tmp_path):
     thing = cloud(a_grid(np.random.default_rng(3).random((20, 20, 20)).astype(np.float32)))
     whole = (tmp_path / "cloud.vdb").read_bytes()

@@ -146,4 +146,91 @@ TEST(VoxelGrid, the_transmittance_through_a_grid_is_that_of_its_densities) {
   }
 }
 
+namespace {
+
+/// A thin sheet of density around the middle of the cube across x, and a velocity along x that grows with x.
+SceneDescription flowing_sheet(float scale, float frame) {
+  const auto in_object = [](Vec3 v) { return v / 8.0f - 1.0f; };
+  VolumeGrid density = filled("density", -1, 3,
+                              [&](Vec3 v, int) { return std::abs(v.x - 8.0f) <= 1.0f ? 1.0f : 0.0f; }),
+             velocity = filled(
+                 "flow", -1, 3, [&](Vec3 v, int c) { return c == 0 ? 0.5f + 0.25f * in_object(v).x : 0.0f; }, 3);
+  density.index_from_object = velocity.index_from_object = {8, 0, 0, 8, 0, 8, 0, 8, 0, 0, 8, 8};
+  SceneDescription d = cube_with_grid(3.0f, std::move(density));
+  d.meshes[0].grids.push_back(std::move(velocity));
+  d.meshes[0].flow = {"flow", scale, frame};
+  return d;
+}
+
+}  // namespace
+
+TEST(VoxelGrid, a_volume_flows_with_its_velocity) {
+  for (const auto& [scale, frame, turned] : {std::tuple(0.8f, 0.5f, false), {-1.0f, 0.0f, false}, {0.6f, 1.0f, true}}) {
+    SceneDescription d = flowing_sheet(scale, frame);
+    // A turn by 90 degrees about z, and twice the size.
+    if (turned) d.instances[0].world_from_object = {0, -2, 0, 0, 2, 0, 0, 0, 0, 0, 2, 0};
+    Diagnostics diagnostics;
+    const auto scene = Scene::build(std::move(d), {}, diagnostics);
+    EXPECT_TRUE(scene->moves());
+    const Media media(*scene);
+    MediaCounters counters;
+    Pcg32 rng(1, 2);
+    // Rays along y of the object, from x to x, at the time t.
+    for (const float x : {-0.4f, -0.1f, 0.05f, 0.3f})
+      for (const float t : {0.0f, 0.3f, 1.0f}) {
+        const auto u = [](double at) { return 0.5 + 0.25 * at; };
+        const double moved = double(scale) * (double(t) - double(frame));
+        const double place = double(x) - moved * u(double(x) - moved * u(double(x)));
+        const double voxels = std::abs(8.0 * place);  // from the middle of the sheet
+        const double depth = 3.0 * 2.0 * (turned ? 2.0 : 1.0) * std::clamp(2.0 - voxels, 0.0, 1.0);
+        Ray ray;
+        ray.origin = turned ? Vec3(10.0f, 2.0f * x, 0.0f) : Vec3(x, -5.0f, 0.0f);
+        ray.direction = turned ? Vec3(-1.0f, 0.0f, 0.0f) : Vec3(0.0f, 1.0f, 0.0f);
+        ray.time = t;
+        ShadingPoint path;
+        double sum = 0.0, squares = 0.0;
+        constexpr int kRays = 4000;
+        for (int i = 0; i < kRays; ++i) {
+          const double through = double(media.transmittance_to_light(ray, {}, path, rng, counters).x);
+          sum += through;
+          squares += through * through;
+        }
+        const double mean = sum / kRays, error = std::sqrt(std::max(squares / kRays - mean * mean, 0.0) / kRays);
+        EXPECT_NEAR(mean, std::exp(-depth), 4.0 * error + 2e-3) << x << " " << t << " " << turned;
+      }
+    EXPECT_EQ(counters.exceeded, 0u);  // majorants include the neighbourhood that flows in
+  }
+}
+
+TEST(VoxelGrid, a_volume_without_flow_does_not_move) {
+  SceneDescription d = flowing_sheet(0.0f, 0.5f);
+  Diagnostics diagnostics;
+  EXPECT_FALSE(Scene::build(std::move(d), {}, diagnostics)->moves());
+  EXPECT_TRUE(diagnostics.empty());
+}
+
+TEST(VoxelGrid, a_damaged_flow_is_ignored_with_the_name_of_its_mesh) {
+  const auto refused = [&](VolumeFlow flow) {
+    SceneDescription d = flowing_sheet(1.0f, 0.5f);
+    d.meshes[0].name = "smoke";
+    d.meshes[0].flow = flow;
+    Diagnostics diagnostics;
+    validate(d, diagnostics);
+    return diagnostics.size() == 1 && diagnostics[0].object == "smoke" && d.meshes[0].flow.velocity.empty();
+  };
+  EXPECT_FALSE(refused({"flow", 2.0f, 1.0f}));
+  EXPECT_TRUE(refused({"none", 1.0f, 0.5f}));
+  EXPECT_TRUE(refused({"density", 1.0f, 0.5f}));
+  EXPECT_TRUE(refused({"flow", kInfinity, 0.5f}));
+  EXPECT_TRUE(refused({"flow", 1.0f, std::nanf("")}));
+}
+
+TEST(VoxelGrid, the_flow_is_kept_in_a_file) {
+  SceneDescription d = flowing_sheet(0.25f, 1.0f);
+  const SceneDescription read = from_bytes(to_bytes(d));
+  EXPECT_EQ(read.meshes[0].flow.velocity, "flow");
+  EXPECT_EQ(read.meshes[0].flow.scale, 0.25f);
+  EXPECT_EQ(read.meshes[0].flow.frame, 1.0f);
+}
+
 }  // namespace ajar::test_voxel_grid

@@ -45,6 +45,50 @@ TEST(PathTracingOnly, other_techniques_are_replaced_and_the_artist_is_told) {
   }
 }
 
+/// A cube in a fog of the world, which may vary, with a sun or a lamp.
+SceneDescription in_fog(bool varies, bool sun, Color sky) {
+  SceneDescription d;
+  add_object(d, cube(), add_diffuse(d, Color(0.5f)));
+  set_camera(d, Vec3(0, -5, 0), Vec3(0), 8, 0.7f);
+  GraphBuilder b;
+  const int place = b.node("ShaderNodeNewGeometry"),
+            parts = b.node("ShaderNodeSeparateXYZ", {linked_input("Vector", place, "Position")});
+  b.graph.volume = {
+      b.node("ShaderNodeVolumeScatter", {varies ? linked_input("Density", parts, "Z") : value_input("Density", 0.1f)}),
+      "Volume"};
+  b.graph.surface = {
+      b.node("ShaderNodeBackground", {value_input("Color", Vec4(sky, 1.0f)), value_input("Strength", 1.0f)}),
+      "Background"};
+  d.world.graph = b.graph;
+  d.lights.push_back(area_lamp(Vec3(0.0f, 0.0f, 3.0f), Vec3(0, 0, -1), 0.2f, 20.0f));
+  if (sun) d.lights.back().kind = LightKind::Sun;
+  return d;
+}
+
+TEST(PathTracingOnly, renders_light_from_infinity_through_fog_of_the_world_that_varies) {
+  struct Case {
+    bool varies, sun;
+    Color sky;
+    bool replaced;
+  };
+  for (const Case& c : {Case{true, true, Color(0.0f), true},
+                        {true, false, Color(1.0f), true},
+                        {true, false, Color(0.0f), false},
+                        {false, true, Color(1.0f), false}}) {
+    const auto is_replaced = [](const Session& session) {
+      return session.statistics_json().find("a world volume that varies") != std::string::npos;
+    };
+    Session session;
+    const SceneDescription d = with(in_fog(c.varies, c.sun, c.sky), "bdpt", 2);
+    session.start(SceneDescription(d));
+    ASSERT_TRUE(session.wait(kHang));
+    EXPECT_EQ(is_replaced(session), c.replaced);
+    session.change_view(d.camera, d.settings);  // with the scene that is built
+    ASSERT_TRUE(session.wait(kHang));
+    EXPECT_EQ(is_replaced(session), c.replaced);
+  }
+}
+
 }  // namespace
 
 }  // namespace ajar::test_path_tracing_only

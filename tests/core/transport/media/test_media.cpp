@@ -324,6 +324,59 @@ TEST(Media, the_volume_of_the_world_is_infinite) {
   expect_mean(measure(d, 4), Color(0.0f), 2);
 }
 
+/// A volume of the world with `amount` where lower < coordinate < upper. The sky is white.
+void fill_world_between(SceneDescription& d, const char* type, const char* axis, float lower, float upper, float amount,
+                        Color color) {
+  GraphBuilder b;
+  const int geometry = b.node("ShaderNodeNewGeometry");
+  const int place = b.node("ShaderNodeSeparateXYZ", {linked_input("Vector", geometry, "Position")});
+  const auto math = [&](const char* operation, NodeInput first, NodeInput second) {
+    first.socket = "Value";
+    second.socket = "Value_001";
+    return b.node("ShaderNodeMath", {first, second}, {text_property("operation", operation)});
+  };
+  const int above = math("GREATER_THAN", linked_input("", place, axis), value_input("", lower)),
+            below = math("LESS_THAN", linked_input("", place, axis), value_input("", upper)),
+            both = math("MULTIPLY", linked_input("", above, "Value"), linked_input("", below, "Value")),
+            density = math("MULTIPLY", linked_input("", both, "Value"), value_input("", amount));
+  b.graph.volume = {b.node(type, {value_input("Color", Vec4(color, 1.0f)), linked_input("Density", density, "Value")}),
+                    "Volume"};
+  b.graph.surface = {b.node("ShaderNodeBackground", {value_input("Color", Vec4(1.0f)), value_input("Strength", 1.0f)}),
+                     "Background"};
+  d.world.graph = b.graph;
+}
+
+TEST(Media, a_volume_of_the_world_varies_near_and_far) {
+  for (const auto& [lower, upper, amount] :
+       {std::tuple(-4.0f, -2.0f, 0.4f), {30.0f, 50.0f, 0.05f}, {1000.0f, 2000.0f, 1e-3f}, {2e5f, 3e5f, 1e-5f}}) {
+    SceneDescription d = through_a_cube();
+    add_cube(d, add_diffuse(d, Color(0.5f)), Vec3(0, 0, -3));  // out of sight
+    fill_world_between(d, "ShaderNodeVolumeAbsorption", "Y", lower, upper, amount, Color(0.0f));
+    expect_mean(measure(d, 256), Color(std::exp(-amount * (upper - lower))), 2);
+  }
+}
+
+TEST(Media, ground_fog_that_absorbs_nothing_stays_white) {
+  SceneDescription d = through_a_cube();
+  add_cube(d, add_diffuse(d, Color(0.5f)), Vec3(0, 0, -3), Vec3(0.1f));
+  fill_world_between(d, "ShaderNodeVolumeScatter", "Z", -2.0f, 2.0f, 1.0f, Color(1.0f));
+  expect_mean(measure(d, 48), Color(1.0f), 1);
+}
+
+TEST(Media, light_of_the_sky_and_the_sun_enters_ground_fog) {
+  // One scattering at most: the sun above fog of the depth 2, seen from its middle to the side. The path to the sun has
+  // the length 1 in the fog.
+  SceneDescription d = through_a_cube();
+  d.settings.bounces.volume = 0;
+  fill_world_between(d, "ShaderNodeVolumeScatter", "Z", -1.0f, 1.0f, 0.5f, Color(1.0f));
+  d.world.graph.surface = {-1, ""};
+  LightDescription sun;
+  sun.kind = LightKind::Sun;
+  sun.energy = 3.0f;
+  d.lights.push_back(sun);
+  expect_mean(measure(d, 256), Color(3.0f * std::exp(-0.5f) / (4.0f * kPi)), 1, 2e-3);
+}
+
 TEST(Media, both_trackers_have_the_same_mean) {
   std::array<Measured, 2> found;
   for (int k = 0; k < 2; ++k) {
