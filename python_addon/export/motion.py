@@ -28,14 +28,14 @@ def is_wanted(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bool:
     return scene.render.use_motion_blur and getattr(view_layer, "use_motion_blur", True) and scene.render.motion_blur_shutter > 0.0
 
 
-def of_shutter(context: ExportContext, owner: bpy.types.Object) -> tuple[float, float, float] | None:
-    """How long the shutter is open, in seconds and in frames, and the time of the frame in it, from 0 to 1; None if a shape of this object is not blurred."""
+def of_shutter(context: ExportContext, owner: bpy.types.Object) -> tuple[float, float] | None:
+    """How long the shutter is open, in seconds, and the time of the frame in it, from 0 to 1; None if the shape of this object is not blurred."""
     settings = plain.of(owner.ajar)
     if context.watched is None or not settings.use_motion_blur or not settings.use_deform_motion:
         return None
     render = context.scene.render
     opens = _OPENS[plain.of(compat.shutter_owner(context.scene)).motion_blur_position]
-    return render.motion_blur_shutter * render.fps_base / render.fps, render.motion_blur_shutter, -opens
+    return render.motion_blur_shutter * render.fps_base / render.fps, -opens
 
 
 def identity(instance: bpy.types.DepsgraphObjectInstance) -> tuple:

@@ -35,7 +35,7 @@ def make(context: ExportContext, owner: bpy.types.Object, mesh: bpy.types.Mesh) 
         context.warn(owner.name, "its domain is flat and does not render")
         return None
     shutter = motion.of_shutter(context, owner)
-    flow = (VELOCITY, domain.velocity_scale * shutter[0], shutter[2]) if shutter is not None and domain.velocity_scale != 0.0 else None
+    flow = (VELOCITY, domain.velocity_scale * shutter[0], shutter[1]) if shutter is not None and domain.velocity_scale != 0.0 else None
     wanted = context.attribute_names | ({VELOCITY} if flow is not None else set())
     grids: list[Grid] = []
     for name in ["density", *sorted((_COMPONENTS.keys() - {"density"}) & wanted)]:
@@ -48,8 +48,7 @@ def make(context: ExportContext, owner: bpy.types.Object, mesh: bpy.types.Mesh) 
     # Values are interpolated up to the voxels outside, which are 0.
     voxel = (upper - lower) / np.array(density.shape[2::-1])
     around = 0.5 * voxel + farthest(grids, flow)
-    more = {"flow": flow} if flow is not None else {}
-    return ajar.make_volume(name=mesh.name, lower=tuple(lower - around), upper=tuple(upper + around), grids=grids, **more)
+    return ajar.make_volume(name=mesh.name, lower=tuple(lower - around), upper=tuple(upper + around), grids=grids, flow=flow)
 
 
 def _index_from_object(values: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> list[float]:

@@ -81,9 +81,8 @@ def make(context: ExportContext, owner: bpy.types.Object, volume: bpy.types.Volu
     box = np.concatenate(corners)
     flow = _flow(context, owner, volume, grids)
     reach = farthest(grids, flow)
-    more = {"flow": flow} if flow is not None else {}
     return ajar.make_volume(name=volume.name, lower=tuple(box.min(axis=0) - reach), upper=tuple(box.max(axis=0) + reach), grids=grids,
-                            density_in_object_space=volume.render.space == "OBJECT", **more)
+                            density_in_object_space=volume.render.space == "OBJECT", flow=flow)
 
 
 def farthest(grids: list[Grid], flow: Flow | None) -> np.ndarray:
@@ -100,7 +99,7 @@ def _flow(context: ExportContext, owner: bpy.types.Object, volume: bpy.types.Vol
     shutter = motion.of_shutter(context, owner)
     if shutter is None or volume.velocity_scale == 0.0:
         return None
-    seconds, _frames, frame = shutter
+    seconds, frame = shutter
     # As in Cycles, velocities per frame are not multiplied by the length of the shutter.
     scale = volume.velocity_scale * (seconds if volume.velocity_unit == "SECOND" else 1.0)
     known = {grid[0]: grid for grid in grids}
