@@ -59,6 +59,8 @@ Position locate(float x, int size) {
   const int index = std::min(int(scaled), size - 2);
   return {index, scaled - float(index)};
 }
+/// On the axis of the fourth root of f0, which is the same for eta and 1 / eta.
+Position locate_eta(float eta, int size) { return locate(std::sqrt(std::abs(eta - 1.0f) / (eta + 1.0f)), size); }
 float lerp(float a, float b, float t) { return a + (b - a) * t; }
 
 struct MirrorTable {
@@ -148,7 +150,7 @@ const GlassTable& correlated_glass_table() {
 float lookup(const GlassTable& t, float cosine, float alpha, float eta) {
   const int side = eta >= 1.0f ? 0 : 1;
   const auto c = locate(cosine, t.kCosines), r = locate(std::sqrt(alpha), t.kRoughnesses);
-  const auto e = locate(std::sqrt(std::abs(eta - 1.0f) / (eta + 1.0f)), t.kEtas);
+  const auto e = locate_eta(eta, t.kEtas);
   const auto row = [&](int k, int i) {
     return lerp(t.albedo[side][k][i][c.index], t.albedo[side][k][i][c.index + 1], c.fraction);
   };
@@ -158,7 +160,7 @@ float lookup(const GlassTable& t, float cosine, float alpha, float eta) {
 float lookup_mean(const GlassTable& t, float alpha, float eta) {
   const int side = eta >= 1.0f ? 0 : 1;
   const auto r = locate(std::sqrt(alpha), t.kRoughnesses);
-  const auto e = locate(std::sqrt(std::abs(eta - 1.0f) / (eta + 1.0f)), t.kEtas);
+  const auto e = locate_eta(eta, t.kEtas);
   const auto plane = [&](int k) { return lerp(t.mean[side][k][r.index], t.mean[side][k][r.index + 1], r.fraction); };
   return lerp(plane(e.index), plane(e.index + 1), e.fraction);
 }
@@ -199,7 +201,7 @@ struct PositionTable {
 float dielectric_position(float cosine, float alpha, float eta) {
   static const PositionTable table;
   const auto c = locate(cosine, table.kSize), r = locate(std::sqrt(alpha), table.kSize);
-  const auto e = locate(std::sqrt(std::abs(eta - 1.0f) / (eta + 1.0f)), table.kSize);
+  const auto e = locate_eta(eta, table.kSize);
   const auto plane = [&](int k) {
     const PositionTable::Slice& slice = table.slice(k);
     const auto row = [&](int i) {
