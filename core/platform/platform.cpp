@@ -23,9 +23,10 @@ namespace ajar::platform {
 
 std::filesystem::path file_path(const std::string& name) { return std::u8string(name.begin(), name.end()); }
 
-void remove_file(const std::string& name) {
-  std::error_code ignored;
-  std::filesystem::remove(file_path(name), ignored);
+bool remove_file(const std::string& name) {
+  std::error_code error;
+  std::filesystem::remove(file_path(name), error);
+  return !error;
 }
 
 #ifdef _WIN32

@@ -23,8 +23,9 @@ uint64_t process_id();
 std::filesystem::path file_path(const std::string& name);
 /// As std::fopen, for a name in UTF-8.
 std::FILE* open_file(const std::string& name, const char* mode);
-/// As std::remove, for a name in UTF-8. A file that is not there is ignored.
-void remove_file(const std::string& name);
+/// As std::remove, for a name in UTF-8. Returns whether no such file is left; one that was not there is none. Windows
+/// removes no file that is open.
+bool remove_file(const std::string& name);
 /// As std::filesystem::rename, for names in UTF-8: a file that is there is replaced at once. Returns why it failed.
 std::error_code replace_file(const std::string& from, const std::string& to);
 /// Keeps the threads of TBB until the process ends, where a thread must not wait for others when it ends.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <mutex>
@@ -112,6 +113,17 @@ struct TileCache::Data {
     unused.pop_back();
     tiles->thread = images->get_perthread_info();
     return tiles;
+  }
+  /// Whether the file is removed. Windows removes none that is open, so it is closed; a thread that reads it at that time
+  /// opens it again, hence several tries.
+  bool remove(const std::string& file) {
+    constexpr int kTries = 20;
+    for (int i = 0; i < kTries; ++i) {
+      if (platform::remove_file(file)) return true;
+      images->close(OIIO::ustring(file));
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
   }
   void give_back(HeldTiles* tiles) {
     const std::lock_guard lock(mutex);
@@ -291,8 +303,7 @@ class TiledImage::Reader {
     TileCache::Data& data = *image_.cache_->data_;
     data.failed_tiles.fetch_add(1, std::memory_order_relaxed);
     if (image_.failed_.exchange(true)) return;
-    const bool removed = image_.file_ != File::Kept;
-    if (removed) platform::remove_file(image_.path_);
+    const bool removed = image_.file_ != File::Kept && data.remove(image_.path_);
     const std::lock_guard lock(data.mutex);
     if (data.failed_file.empty()) data.failed_file = image_.path_, data.removed = removed;
   }

@@ -50,6 +50,15 @@ TEST_F(AtomicFiles, a_folder_that_is_missing_is_an_error_with_its_reason) {
   EXPECT_NE(file.commit(), "");
 }
 
+TEST_F(AtomicFiles, removing_says_whether_the_name_is_free) {
+  std::ofstream(path()) << "content";
+  EXPECT_TRUE(platform::remove_file(path()));
+  EXPECT_FALSE(fs::exists(path()));
+  EXPECT_TRUE(platform::remove_file(path())) << "nothing is left of what was not there";
+  fs::create_directories(fs::path(path()) / "inner");
+  EXPECT_FALSE(platform::remove_file(path())) << "a folder that is not empty stays";
+}
+
 TEST_F(AtomicFiles, of_several_writers_one_file_arrives_whole) {
   std::vector<std::thread> writers;
   for (char name = 'a'; name < 'a' + 8; ++name)

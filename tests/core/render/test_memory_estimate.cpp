@@ -203,8 +203,7 @@ TEST(MemoryEstimate, of_textures_in_tiles_is_the_limit_of_the_cache) {
   d.settings.texture_cache_folder = folder.string();
   EXPECT_EQ(part(estimate_memory(d), "textures").bytes, (32u << 20) + 2 * kWhole + kWhole / 3);
   std::vector<Diagnostic> ignored;
-  TextureStore store(d.images, nullptr, d.color, texture_cache_of(d.settings));
-  store.load(0, "", ignored);
+  { TextureStore(d.images, nullptr, d.color, texture_cache_of(d.settings)).load(0, "", ignored); }
   EXPECT_EQ(part(estimate_memory(d), "textures").bytes, 32u << 20);
   d.settings.texture_cache = false;
   EXPECT_EQ(part(estimate_memory(d), "textures").bytes, 3 * kWhole);
