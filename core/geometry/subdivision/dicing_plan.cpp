@@ -21,17 +21,8 @@ class Planner {
 
   DicingPlan run() {
     vertex_of_corner_.reserve(s_.face_sizes.size());
-    mark_halved_edges();
-    std::vector<DicedPart> first;
-    for (uint32_t i = 0; i < patches_.size();) {
-      const SurfacePatch& patch = patches_[i];
-      if (patch.whole()) {
-        divide(part_of_whole(i), 0);
-        ++i;
-      } else {
-        divide_face(i);
-        i += patch.size;
-      }
+    for (uint32_t i = 0; i < patches_.size(); i += patches_[i].whole() ? 1 : patches_[i].size) {
+      divide_face(i);
       if (plan_.parts.size() > rate_.max_triangles) {
         plan_.is_complete = false;
         return std::move(plan_);
@@ -46,12 +37,6 @@ class Planner {
     return s_.corner_vertices[patch.first_corner + k % patch.size];
   }
   static uint64_t key(uint32_t a, uint32_t b) { return uint64_t(std::min(a, b)) << 32 | std::max(a, b); }
-
-  /// Edges of faces that do not have four corners are divided at their middle, where two patches meet.
-  void mark_halved_edges() {
-    for (const SurfacePatch& patch : patches_)
-      if (!patch.whole()) edges_[key(vertex_at(patch, patch.corner), vertex_at(patch, patch.corner + 1))] = kHalved;
-  }
 
   uint32_t new_point(PatchPoint point) {
     plan_.points.push_back(point);
@@ -152,59 +137,48 @@ class Planner {
     settle(uint32_t(first) + 1);
   }
 
-  /// The edge of a face, from the patch of this side if it is the first one.
-  SideOfPart side_of_face(const SurfacePatch& patch, uint32_t k, uint32_t index, Vec2 from, Vec2 to) {
-    const uint32_t a = vertex_at(patch, k), b = vertex_at(patch, k + 1);
-    const uint32_t start = corner_point(a, {index, from}), end = corner_point(b, {index, to});
-    const auto [found, is_new] = edges_.try_emplace(key(a, b), -1);
-    if (found->second == kHalved) {
-      found->second = int(new_edge(start, end, index, from, to));
-      plan_.edges[size_t(found->second)].pieces = kUneven;
-      halve(uint32_t(found->second));
-    } else if (is_new) {
-      found->second = int(new_edge(start, end, index, from, to));
-    }
-    const uint32_t edge = uint32_t(found->second);
-    return {edge, plan_.edges[edge].start != start};
+  /// A quarter of a face: from one of its corners to the middle of the next edge, the middle of the face, and the middle
+  /// of the previous edge.
+  struct Quarter {
+    uint32_t patch;
+    Vec2 corners[4];
+  };
+  Quarter quarter_of_face(uint32_t first, uint32_t k) const {
+    if (!patches_[first].whole()) return {first + k, {{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    constexpr Vec2 kCorners[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    const Vec2 here = kCorners[k], next = kCorners[(k + 1) % 4], previous = kCorners[(k + 3) % 4];
+    return {first, {here, 0.5f * (here + next), Vec2(0.5f), 0.5f * (previous + here)}};
   }
 
-  DicedPart part_of_whole(uint32_t index) {
-    const SurfacePatch& patch = patches_[index];
-    DicedPart part;
-    part.patch = index;
-    const Vec2 corners[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-    std::copy_n(corners, 4, part.corners);
-    for (uint32_t k = 0; k < 4; ++k) part.sides[k] = side_of_face(patch, k, index, corners[k], corners[(k + 1) % 4]);
-    return part;
-  }
-
-  /// The patches of a face that does not have four corners, which meet at its middle.
+  /// Divides a face into quarters, one for each corner, which meet at its middle, and these further. Faces with four
+  /// corners too: each of their edges has at least two pieces, as in Cycles.
   void divide_face(uint32_t first) {
     const uint32_t size = patches_[first].size;
-    const uint32_t centre = new_point({first, {1, 1}});
+    std::vector<Quarter> quarters(size);
+    for (uint32_t k = 0; k < size; ++k) quarters[k] = quarter_of_face(first, k);
+    const uint32_t centre = new_point({quarters[0].patch, quarters[0].corners[2]});
     std::vector<SideOfPart> halves(2 * size);  // of each edge of the face, in its direction
     std::vector<uint32_t> middles(size), spokes(size);
     for (uint32_t k = 0; k < size; ++k) {
-      const SurfacePatch& patch = patches_[first + k];
-      const uint32_t a = vertex_at(patch, k), b = vertex_at(patch, k + 1);
-      const uint32_t start = corner_point(a, {first + k, {0, 0}});
-      const uint32_t end = corner_point(b, {first + (k + 1) % size, {0, 0}});
-      const auto found = edges_.find(key(a, b));
-      if (found->second == kHalved) found->second = int(new_halved_edge(first, k, start, end));
-      const DicedEdge edge = plan_.edges[size_t(found->second)];
+      const Quarter &here = quarters[k], &next = quarters[(k + 1) % size];
+      const uint32_t a = vertex_at(patches_[first], k), b = vertex_at(patches_[first], k + 1);
+      const uint32_t start = corner_point(a, {here.patch, here.corners[0]});
+      const uint32_t end = corner_point(b, {next.patch, next.corners[0]});
+      const auto [found, is_new] = edges_.try_emplace(key(a, b), 0);
+      if (is_new) found->second = new_halved_edge(here, next, start, end);
+      const DicedEdge& edge = plan_.edges[found->second];
       const bool reversed = edge.start != start;
       const uint32_t half = uint32_t(edge.first_half);
       halves[2 * k] = {half + (reversed ? 1 : 0), reversed};
       halves[2 * k + 1] = {half + (reversed ? 0 : 1), reversed};
       middles[k] = plan_.edges[half].end;
-      spokes[k] = new_edge(middles[k], centre, first + k, {1, 0}, {1, 1});
+      spokes[k] = new_edge(middles[k], centre, here.patch, here.corners[1], here.corners[2]);
     }
     for (uint32_t k = 0; k < size; ++k) {
       const uint32_t previous = (k + size - 1) % size;
       DicedPart part;
-      part.patch = first + k;
-      const Vec2 corners[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-      std::copy_n(corners, 4, part.corners);
+      part.patch = quarters[k].patch;
+      std::copy_n(quarters[k].corners, 4, part.corners);
       part.sides[0] = halves[2 * k];
       part.sides[1] = {spokes[k], false};
       part.sides[2] = {spokes[previous], true};
@@ -213,20 +187,19 @@ class Planner {
     }
   }
 
-  /// The edge of a face between corners k and k + 1, whose halves are in two patches.
-  uint32_t new_halved_edge(uint32_t first, uint32_t k, uint32_t start, uint32_t end) {
-    const uint32_t next = first + (k + 1) % patches_[first].size;
+  /// The edge of a face between the corners of two quarters. Its halves have their own pieces.
+  uint32_t new_halved_edge(const Quarter& here, const Quarter& next, uint32_t start, uint32_t end) {
     DicedEdge edge;
     edge.start = start;
     edge.end = end;
-    edge.patch = first + k;
+    edge.patch = here.patch;
     edge.pieces = kUneven;
     const uint32_t index = uint32_t(plan_.edges.size());
     edge.first_half = int(index) + 1;
     plan_.edges.push_back(edge);
-    const uint32_t middle = new_point({first + k, {1, 0}});
-    new_edge(start, middle, first + k, {0, 0}, {1, 0});
-    new_edge(middle, end, next, {0, 1}, {0, 0});
+    const uint32_t middle = new_point({here.patch, here.corners[1]});
+    new_edge(start, middle, here.patch, here.corners[0], here.corners[1]);
+    new_edge(middle, end, next.patch, next.corners[3], next.corners[0]);
     return index;
   }
 
@@ -321,14 +294,12 @@ class Planner {
     plan_.is_complete = plan_.triangles <= rate_.max_triangles && plan_.vertices < kNoVertex;
   }
 
-  static constexpr int kHalved = -2;  // an edge of a face that is divided at its middle
-
   const SubdivisionDescription& s_;
   const std::span<const SurfacePatch> patches_;
   const LimitSurface& surface_;
   const DicingRate& rate_;
   DicingPlan plan_;
-  std::unordered_map<uint64_t, int> edges_;                  // of the faces, by their vertices
+  std::unordered_map<uint64_t, uint32_t> edges_;             // of the faces, by their vertices
   std::unordered_map<uint32_t, uint32_t> vertex_of_corner_;  // of vertices of the mesh
 };
 

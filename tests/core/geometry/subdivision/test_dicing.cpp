@@ -1,6 +1,7 @@
 // Adaptive subdivision: the limit surface, the numbers of pieces of edges, closed surfaces, attributes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -116,11 +117,21 @@ CameraDescription camera_at(Vec3 place) {
 
 TEST(Dicing, VerticesOfACubeAreAtTheirLimits) {
   const MeshDescription result = diced(cube(), rate_of(100.0f));
-  ASSERT_EQ(result.positions.size(), 8u);
-  EXPECT_EQ(result.triangles.size(), 12u);
   // (n^2 v + 4 sum of neighbours + sum of opposite corners) / (n (n + 5)) with n = 3.
-  for (const Vec3& p : result.positions) expect_near(glm::abs(p), Vec3(0.5f));
-  for (size_t i = 0; i < 8; ++i) expect_near(result.normals[i], glm::normalize(result.positions[i]), 1e-4f);
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 corner((i & 1) ? 0.5f : -0.5f, (i & 2) ? 0.5f : -0.5f, (i & 4) ? 0.5f : -0.5f);
+    const auto at = std::find_if(result.positions.begin(), result.positions.end(),
+                                 [&](Vec3 p) { return glm::length(p - corner) < 1e-5f; });
+    ASSERT_NE(at, result.positions.end());
+    expect_near(result.normals[size_t(at - result.positions.begin())], glm::normalize(corner), 1e-4f);
+  }
+}
+
+// As in Cycles (3.4.1, 4.2.23, 4.5.15, 5.0.1 and 5.2.3), at any size of the triangles.
+TEST(Dicing, EachEdgeOfAFaceHasAtLeastTwoPieces) {
+  const MeshDescription result = diced(cube(), rate_of(100.0f));
+  EXPECT_EQ(result.positions.size(), 8u + 12u + 6u);
+  EXPECT_EQ(result.triangles.size(), 6u * 8u);
 }
 
 TEST(Dicing, MiddlesOfACubeAreAtTheirLimits) {
