@@ -72,7 +72,56 @@ TEST(Environment, suns_of_all_sizes_and_elevations_are_sampled_by_their_radiance
       mean += radiance * solid_angle;
       squares += radiance * radiance * solid_angle / environment.pdf_solid_angle(wi);
     }
-    EXPECT_LT(squares, 3.0 * mean * mean) << sun.x << " at " << sun.y;
+    EXPECT_LT(squares, 1.6 * mean * mean) << sun.x << " at " << sun.y;
+    EXPECT_GT(environment.disc_share(), 0.6f);
+  }
+}
+
+// A sun of the size of the real one in a picture of a sky. The second moment of its light would be large if its rim were
+// sampled by the mean of whole cells, and larger where it reaches into a cell without a corner in it.
+TEST(Environment, a_sun_in_a_picture_is_sampled_by_its_own_shape) {
+  constexpr int kWidth = 4096, kHeight = 2048;
+  for (const float shift : {0.0f, 0.3f, 0.5f}) {  // in cells of the map, which are 4 x 4 pixels
+    ImageDescription image;
+    image.name = "sky";
+    image.color_space = "Linear";
+    image.width = kWidth;
+    image.height = kHeight;
+    image.pixels.assign(size_t(kWidth) * kHeight * 4, 1.0f);
+    const float theta = kPi * (140.0f + shift) / 512.0f, phi = 2.0f * kPi * (200.0f + shift) / 1024.0f;
+    constexpr float kRadius = 0.00465f;
+    int lit = 0;
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const float dy = kPi * (float(y) + 0.5f) / kHeight - theta,
+                    dx = (2.0f * kPi * (float(x) + 0.5f) / kWidth - phi) * std::sin(theta);
+        if (dx * dx + dy * dy > kRadius * kRadius) continue;
+        ++lit;
+        for (int k = 0; k < 3; ++k) image.pixels[4 * (size_t(kHeight - 1 - y) * kWidth + size_t(x)) + size_t(k)] = 3e5f;
+      }
+    ASSERT_GT(lit, 20);
+    TextureStore textures({image});
+    GraphBuilder g;
+    const int picture = g.node("ShaderNodeTexEnvironment", {}, {number_property("image", {0.0f})});
+    const int background = g.node("ShaderNodeBackground", {linked_input("Color", picture, "Color")});
+    g.graph.surface = {background, "Background"};
+    const ShaderProgram program = compile(g.graph, nullptr, &textures);
+    const Environment environment(program, kVisibleAll);
+    constexpr int kSide = 512;
+    double mean = 0.0, of_sun = 0.0, squares = 0.0;
+    for (int i = 0; i < kSide * kSide; ++i) {
+      float pdf;
+      const Vec3 wi = environment.sample({(float(i % kSide) + 0.5f) / kSide, (float(i / kSide) + 0.5f) / kSide}, pdf);
+      ASSERT_GT(pdf, 0.0f);
+      const double radiance = luminance(environment.radiance(wi, 0)), value = radiance / pdf / (kSide * kSide);
+      mean += value;
+      if (!(radiance > 10.0)) continue;
+      of_sun += value;
+      squares += value * value * (kSide * kSide);
+    }
+    EXPECT_NEAR(mean, 4.0 * M_PI * double(environment.mean_luminance()), 0.02 * mean) << shift;
+    EXPECT_GT(of_sun, 0.5 * mean) << shift;
+    EXPECT_LT(squares, 1.2 * of_sun * of_sun) << shift;
   }
 }
 

@@ -190,6 +190,7 @@ TEST(MemoryEstimate, of_textures_is_at_least_their_memory) {
 TEST(MemoryEstimate, of_textures_in_tiles_is_the_limit_of_the_cache) {
   const auto folder = std::filesystem::temp_directory_path() /
                       ("ajar-estimate-" + std::to_string(platform::process_id()));
+  std::filesystem::remove_all(folder);  // of an earlier process with this number, which did not reach the end
   SceneDescription d = lit(16);
   ImageDescription image;
   image.width = image.height = 2048;
