@@ -98,6 +98,131 @@ bool sample_entry(const SubsurfaceMedium& medium, Vec3 normal, Vec3 wo, Pcg32& r
   return true;
 }
 
+/// Steps that lead back to the surface, by the solution of diffusion in a half-space [Krivanek and d'Eon 2014, "A
+/// zero-variance-based sampling scheme for Monte Carlo subsurface scattering"]. Light that leaves has a density that
+/// falls with the depth in units of the diffusion length. Directions towards the surface are therefore more probable, and
+/// steps in these directions are longer.
+class GuideToSurface {
+ public:
+  explicit GuideToSurface(const WalkMedium& medium) {
+    // The diffusion length of an isotropic medium, in mean free paths; the fit of the same paper (eq. 30).
+    for (int i = 0; i < 3; ++i) {
+      const float a = std::clamp(medium.albedo[i], 0.01f, 0.999999f);
+      length_[i] = 1.0f / std::sqrt(1.0f - std::pow(a, 2.44294f - 0.0215813f * a + 0.578637f / a));
+      scale_[i] = 0.5f * kInvPi / std::log((length_[i] + 1.0f) / (length_[i] - 1.0f));
+    }
+  }
+  /// The depth in which light that leaves falls to 1/e, in the channel with the largest one.
+  float depth(const WalkMedium& medium) const { return max_component(length_ / medium.extinction); }
+  /// The cosine to the normal outwards.
+  float sample(int channel, float u) const {
+    const float v = length_[channel];
+    return std::clamp(v - (v + 1.0f) * std::pow((v - 1.0f) / (v + 1.0f), u), -1.0f, 1.0f);
+  }
+  /// Density per solid angle, if the direction was chosen for this channel.
+  Color pdf(float cosine) const { return scale_ / (length_ - cosine); }
+  /// The factor on the extinction by which distances are sampled.
+  Color stretch(float cosine) const { return Color(1.0f) - cosine / length_; }
+
+ private:
+  Color length_{2.0f}, scale_{0.0f};
+};
+
+/// A walk, and the densities with which each way of sampling would have made it.
+///
+/// In the guided way, the guide chooses most steps, and the phase function the others. In the plain way, the phase
+/// function chooses all of them: the guide leads away from the other side of a thin object, which may be lit. The way is
+/// chosen once for a walk, and so is the channel whose distances are sampled. The weight is that of the balance heuristic
+/// over the six combinations [Veach 1997, section 9.2.4]. The guide is made for isotropic scattering, and begins when
+/// the medium is isotropic.
+class Walk {
+ public:
+  /// `importance` of the channels.
+  Walk(const WalkMedium& medium, Vec3 normal, Color importance, Pcg32& rng)
+      : medium_(medium), guide_(medium), frame_(normal), channels_(importance), truth_(medium.factor) {
+    const float sum = channels_.x + channels_.y + channels_.z;
+    is_possible_ = sum > 0.0f;
+    channels_ /= sum;
+    const float u = rng.next_float();
+    channel_ = u < channels_.x ? 0 : (u < channels_.x + channels_.y ? 1 : 2);
+  }
+  bool is_possible() const { return is_possible_; }
+
+  /// The distance within which the other side of an object matters.
+  float reach() const { return kReach * guide_.depth(medium_); }
+  /// Before the first scattering, if the other side is within reach. `u` chooses the way.
+  void choose_way(float thickness, float u) {
+    plain_share_ = kPlainShare * std::exp(-thickness / (kThin * guide_.depth(medium_)));
+    plain_ = u < plain_share_;
+  }
+
+  /// Samples the direction after scattering.
+  Vec3 scatter(Vec3 direction, Pcg32& rng) {
+    guided_share_ = medium_.anisotropy == 0.0f ? kGuidedSteps : 0.0f;
+    by_guide_ = !plain_ && rng.next_float() < guided_share_;
+    const Vec2 u{rng.next_float(), rng.next_float()};
+    const PhaseShape phase = PhaseShape::henyey_greenstein(medium_.anisotropy);
+    const float cosine = by_guide_ ? guide_.sample(channel_, u.x) : phase.sample(u.x),
+                sine = safe_sqrt(1.0f - cosine * cosine), phi = 2.0f * kPi * u.y;
+    const Frame frame = by_guide_ ? frame_ : Frame(direction);
+    const Vec3 next = frame.to_world(Vec3(sine * std::cos(phi), sine * std::sin(phi), cosine));
+    phase_ = phase.evaluate(glm::dot(direction, next));
+    const float outwards = glm::dot(next, frame_.n);
+    guide_pdf_ = guide_.pdf(outwards);
+    stretch_ = guide_.stretch(outwards);
+    return next;
+  }
+  float sample_distance(Pcg32& rng) const {
+    const float extinction = medium_.extinction[channel_] * (by_guide_ ? stretch_[channel_] : 1.0f);
+    return -std::log(1.0f - rng.next_float()) / extinction;
+  }
+  /// A step of this length; `ends`: it reached a surface.
+  void add_step(float length, bool ends) {
+    const auto reached = [&](Color extinction) {
+      const Color transmittance = glm::exp(-extinction * length);
+      return ends ? transmittance : extinction * transmittance;
+    };
+    const Color plain = phase_ * reached(medium_.extinction);
+    truth_ *= ends ? plain : medium_.albedo * plain;
+    plain_density_ *= plain;
+    guided_density_ *= guided_share_ > 0.0f ? (1.0f - guided_share_) * plain +
+                                                  guided_share_ * guide_pdf_ * reached(medium_.extinction * stretch_)
+                                            : plain;
+    const float largest = std::max(max_component(plain_density_), max_component(guided_density_));
+    if (!(largest > 0.0f)) return;
+    truth_ /= largest;  // products of many steps
+    plain_density_ /= largest;
+    guided_density_ /= largest;
+  }
+  /// The throughput.
+  Color weight() const {
+    const float density = glm::dot(channels_, glm::mix(guided_density_, plain_density_, plain_share_));
+    return density > 0.0f ? truth_ / density : Color(0.0f);
+  }
+  void become_isotropic() {
+    medium_ = similar_isotropic(medium_);
+    guide_ = GuideToSurface(medium_);
+  }
+
+ private:
+  static constexpr float kGuidedSteps = 0.9f;
+  /// Share of the plain walks in an object without thickness. It falls to 1/e with this many depths of thickness, and
+  /// is 0 beyond the reach. Measured: docs/research/speed.md.
+  static constexpr float kPlainShare = 0.8f, kThin = 4.0f, kReach = 8.0f;
+
+  WalkMedium medium_;
+  GuideToSurface guide_;
+  Frame frame_;
+  Color channels_, truth_, plain_density_{1.0f}, guided_density_{1.0f};
+  float plain_share_ = 0.0f;
+  int channel_ = 0;
+  bool is_possible_ = false, plain_ = false;
+  // Of the present step:
+  Color guide_pdf_{0.0f}, stretch_{1.0f};
+  float phase_ = 1.0f, guided_share_ = 0.0f;
+  bool by_guide_ = false;
+};
+
 }  // namespace
 
 void leave_surface(const ShaderProgram& program, const ShadingPoint& point, Vec3 seen_from, SurfaceShading& shading) {
@@ -167,25 +292,26 @@ WalkMedium similar_isotropic(const WalkMedium& medium) {
 bool walk_below_surface(const Scene& scene, const EntryPoint& entry, Pcg32& rng, ShadingPoint& point,
                         SurfaceShading& shading, Color& weight, uint64_t& rays) {
   const SubsurfaceMedium& medium = shading.medium;
-  WalkMedium inside = walk_medium(medium);
-  Color carried = inside.factor;
+  const WalkMedium inside = walk_medium(medium);
   Vec3 direction;
   if (!sample_entry(medium, entry.normal, point.wo, rng, direction)) return false;
   if (!(glm::dot(direction, point.ng) < 0.0f)) return false;
+  Walk walk(inside, point.ng, inside.factor * inside.albedo * weight, rng);
+  if (!walk.is_possible()) return false;
   Ray ray = scene.spawn_ray(point, direction);
   for (int step = 0; step < kMaxSteps; ++step) {
-    // A channel is chosen with a probability proportional to its throughput.
-    Color probability = carried * inside.albedo * weight;
-    const float sum = probability.x + probability.y + probability.z;
-    if (!(sum > 0.0f)) return false;
-    probability /= sum;
-    const float u_channel = rng.next_float();
-    const int channel = u_channel < probability.x ? 0 : (u_channel < probability.x + probability.y ? 1 : 2);
-    ray.t_max = -std::log(1.0f - rng.next_float()) / inside.extinction[channel];
-    const Hit hit = find_own_surface(scene, entry.instance, ray, rays);
-    const Color transmittance = glm::exp(-inside.extinction * (hit.found() ? hit.t : ray.t_max));
+    if (step > 0) ray.direction = walk.scatter(ray.direction, rng);
+    const float distance = walk.sample_distance(rng);
+    ray.t_max = step == 0 ? std::max(distance, walk.reach()) : distance;
+    Hit hit = find_own_surface(scene, entry.instance, ray, rays);
+    if (step == 0 && hit.found() && hit.t > distance) {
+      walk.choose_way(hit.t, entry.choice);
+      hit = Hit();
+    }
+    ray.t_max = distance;
+    walk.add_step(hit.found() ? hit.t : ray.t_max, hit.found());
+    const Color carried = walk.weight();
     if (hit.found()) {
-      carried *= transmittance / glm::dot(probability, transmittance);
       ray.direction = -ray.direction;  // as if the surface were seen from outside
       scene.shading_point(ray, hit, point);
       if (!(glm::dot(point.ns, point.ng) > 0.0f)) point.ns = point.ng;
@@ -194,16 +320,9 @@ bool walk_below_surface(const Scene& scene, const EntryPoint& entry, Pcg32& rng,
       leave_surface(scene.material(hit), point, -ray.direction, shading);
       return is_finite(weight);
     }
-    // Balance heuristic over the channels [Veach 1997, section 9.2.4].
-    const Color density = inside.extinction * transmittance;
-    carried *= inside.albedo * density / glm::dot(probability, density);
     if (!(max_component(carried) > kNothingLeft)) return false;
     ray.origin += ray.t_max * ray.direction;
-    if (step == kAnisotropicSteps) inside = similar_isotropic(inside);
-    const float cosine = PhaseShape::henyey_greenstein(inside.anisotropy).sample(rng.next_float()),
-                sine = safe_sqrt(1.0f - cosine * cosine);
-    const float phi = 2.0f * kPi * rng.next_float();
-    ray.direction = Frame(ray.direction).to_world(Vec3(sine * std::cos(phi), sine * std::sin(phi), cosine));
+    if (step == kAnisotropicSteps) walk.become_isotropic();
   }
   return false;
 }
@@ -219,7 +338,8 @@ bool walk_below_or_stay(const Scene& scene, uint32_t instance, SubsurfaceNumbers
   Pcg32 rng(uint64_t(numbers.u * 0x1p32f), numbers.stream);
   Color weight = beta * part.weight / (glm::max(shading.medium.albedo, Color(1e-6f)) * part.selection);
   const auto scatter = shading.medium.profile ? scatter_by_profile : walk_below_surface;
-  if (!scatter(scene, {instance, part.normal}, rng, point, shading, weight, rays)) return false;
+  if (!scatter(scene, {instance, part.normal, numbers.u / part.selection}, rng, point, shading, weight, rays))
+    return false;
   beta = weight;
   return true;
 }

@@ -2,10 +2,11 @@
 // [Chiang, Kutz and Burley 2016].
 //
 // The single scattering albedo of the medium is computed from the surface albedo that the artist sets, by the fit of
-// Kulla and Chiang (with anisotropy; Blender's coefficients), or since Blender 5.2 by the equation of d'Eon. Distances
-// are sampled for one channel and weighted by the balance heuristic over all three channels. After ten steps, an
-// anisotropic medium is replaced by the isotropic one of equal diffusion (similarity; Wyman et al. 1989). Walks of more
-// than 256 steps, and walks that leave the object through a hole, contribute nothing. Both as in Cycles.
+// Kulla and Chiang (with anisotropy; Blender's coefficients), or since Blender 5.2 by the equation of d'Eon. Steps are
+// sampled for one channel, most of them towards the surface [Krivanek and d'Eon 2014], and weighted by the balance
+// heuristic. After ten steps, an anisotropic medium is replaced by the isotropic one of equal diffusion (similarity;
+// Wyman et al. 1989). Walks of more than 256 steps, and walks that leave the object through a hole, contribute nothing.
+// Both as in Cycles.
 #pragma once
 
 #include "math/random.h"
@@ -27,7 +28,8 @@ WalkMedium similar_isotropic(const WalkMedium& medium);
 /// Where a walk goes below the surface.
 struct EntryPoint {
   uint32_t instance;
-  Vec3 normal;  ///< of the subsurface lobes
+  Vec3 normal;   ///< of the subsurface lobes
+  float choice;  ///< a stratified number that chooses the way of sampling
 };
 
 /// A walk inside the instance that is entered at `point`. Returns true if the walk leaves the object. Then `point` is
