@@ -135,10 +135,9 @@ Color estimate_direct_at(const MediumLightContext<State>& c, const PhaseFunction
 class UniformDistances {
  public:
   /// `beta`: throughput at the begin of the stretch.
-  UniformDistances(const MediumPoint& medium, Color beta, float begin, float end)
-      : extinction_(medium.extinction), begin_(begin), length_(end - begin) {
+  UniformDistances(const MediumPoint& medium, Color beta, float begin, float end) : extinction_(medium.extinction) {
+    limit_to(begin, end);
     for (int k = 0; k < 3; ++k) {
-      if (extinction_[k] > 0.0f) lost_[k] = -std::expm1(-extinction_[k] * length_);
       probability_[k] = lost_[k] > 0.0f ? std::abs(beta[k]) * medium.scattering[k] : 0.0f;
       if (probability_[k] > probability_[likeliest_]) likeliest_ = k;
     }
@@ -146,6 +145,13 @@ class UniformDistances {
     if (sum > 0.0f) probability_ /= sum;
   }
   bool scatters() const { return probability_[likeliest_] > 0.0f; }
+  /// The same medium on another stretch, which is not empty.
+  void limit_to(float begin, float end) {
+    begin_ = begin;
+    length_ = end - begin;
+    for (int k = 0; k < 3; ++k)
+      if (extinction_[k] > 0.0f) lost_[k] = -std::expm1(-extinction_[k] * length_);
+  }
   float begin() const { return begin_; }
   float end() const { return begin_ + length_; }
   /// Where most of the scattering is: within a mean free path.
@@ -167,12 +173,12 @@ class UniformDistances {
 
  private:
   Color extinction_, lost_{0.0f}, probability_{0.0f};
-  float begin_, length_;
+  float begin_ = 0.0f, length_ = 0.0f;
   int likeliest_ = 0;
 };
 
-/// Where on a ray a chosen light is sampled: a mixture of distances at which the medium scatters and, within the cone of a
-/// spot or area lamp, the angle at the light.
+/// Where on a ray a chosen light is sampled: within the cone of a spot or area lamp, a mixture of distances at which the
+/// medium scatters, and of the angle at the light.
 class LightDistances {
  public:
   LightDistances(const LightSet& lights, const LightSet::Choice& choice, LightType type, const Ray& ray, Vec2 u,
@@ -181,10 +187,13 @@ class LightDistances {
     if (is_distant(type)) return;
     // Distances towards a point on the light: one that the nearest lit point of the ray sees, or its position.
     const Light light = lights.light(choice.light);
-    if (has_cone(type)) clip_to_cone(light, ray, begin_, end_);
+    if (has_cone(type)) {
+      clip_to_cone(light, ray, begin_, end_);
+      if (!is_lit()) return;
+      distances_.limit_to(begin_, end_);
+    }
     const auto nearest_to = [&](Vec3 p) { return glm::dot(p - ray.origin, ray.direction); };
-    const Vec3 seen_from = ray.origin +
-                           glm::clamp(nearest_to(light.position), begin_, std::max(begin_, end_)) * ray.direction;
+    const Vec3 seen_from = ray.origin + glm::clamp(nearest_to(light.position), begin_, end_) * ray.direction;
     const auto towards = lights.sample_li(choice.light, seen_from, u, ray.time);
     const Vec3 on_light = towards ? seen_from + towards->distance * towards->wi : light.position;
     nearest_ = nearest_to(on_light);
@@ -195,6 +204,8 @@ class LightDistances {
     angles_ = std::atan2(end_ - nearest_, apart_) - first_angle_;
     if (apart_ > 0.0f && angles_ > 0.0f) share_ = 0.5f;
   }
+  /// Whether light of the lamp can be anywhere on the ray.
+  bool is_lit() const { return begin_ < end_; }
   float sample(float u) const {
     if (u < share_)
       return std::clamp(nearest_ + apart_ * std::tan(first_angle_ + angles_ * (u / share_)), distances_.begin(),
@@ -209,7 +220,7 @@ class LightDistances {
   }
 
  private:
-  const UniformDistances& distances_;
+  UniformDistances distances_;
   float begin_, end_;  // where light of the lamp can be
   float share_ = 0.0f, nearest_ = 0.0f, apart_ = 0.0f, first_angle_ = 0.0f, angles_ = 0.0f;
 };
@@ -229,6 +240,7 @@ Color estimate_direct_along(const MediumLightContext<State>& c, float t_end, con
   const LightStretch stretch{ray.origin, ray.direction, distances.begin(), distances.end(), distances.reach()};
   if (!choose_light(c, stretch, u.z, sampled, choice, light)) return Color(0.0f);
   const LightDistances towards(c.scene.lights(), choice, light.type, ray, Vec2(u), distances);
+  if (!towards.is_lit()) return Color(0.0f);
   const float t = towards.sample(c.sampler.get_1d());
   if (!(t < kInfinity)) return Color(0.0f);
   const Color reaching = transmittance_of(medium.extinction, t - ray.t_min);
