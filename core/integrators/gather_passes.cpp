@@ -30,6 +30,9 @@ constexpr int kReach = 6;
 constexpr int kChainReach = 10, kChainCausticReach = 60;
 /// Radius in pixels below which a caustic is not blurred visibly: about that of the pixel filter.
 constexpr float kPixels = 0.75f;
+/// An estimate of a caustic that is wider than a pixel fills narrow shadows and blurs edges, in all passes alike. Later
+/// passes therefore have none, so that this error falls as 1 / passes.
+constexpr uint32_t kWidePasses = 32;
 /// Photons of a caustic where the picture is a texture, whose texels have no radius.
 constexpr int kEnoughForTexels = 10;
 /// Light that is seen without gathering is sampled four times before the first update. It gets at most a quarter of the
@@ -98,6 +101,7 @@ void GatherPasses::choose_radii(const std::vector<Photon>& global, const std::ve
   const float shrink = float(std::sqrt(radius2_factor(pass_)));
   maps_.global_radius = first_global_radius_ * shrink;
   maps_.caustic_radius = first_caustic_radius_ * shrink;
+  if (pass_ >= kWidePasses && gather_.enough == GatherSettings::kEnough) gather_.enough = 1;
 }
 
 void GatherPasses::build_maps(std::vector<Photon> global, std::vector<Photon> caustic, const Weigh& weigh) {

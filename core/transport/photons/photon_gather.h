@@ -38,9 +38,11 @@ struct PhotonMaps {
 };
 
 struct GatherSettings {
+  static constexpr int kEnough = 2;
   int rays = 8;         ///< gather rays at the first rough surface of a sample
   int neighbours = 60;  ///< photons in an estimate of caustics, at most
-  int enough = 3;       ///< photons in such an estimate that is wider than a pixel; 0: all within the radius
+  /// Photons in such an estimate that is wider than a pixel. 1: there is none; 0: all within the radius.
+  int enough = kEnough;
   PixelRadius pixel;
   bool light_without_photons = false;  ///< a volume or a surface emits that sends no photons
   /// The probability of looking for light beyond the shadow terminator, which brings no photons either; 0: there is none

@@ -49,7 +49,7 @@ void PhotonMap::find(Vec3 position, Vec3 normal, const Lookup& lookup, PointTree
                      uint32_t not_side) const {
   const float pixel = lookup.enough > 0 ? lookup.pixel.at(position) : lookup.radius;
   tree_.nearest(position, normal, lookup.neighbours, std::min(pixel, lookup.radius), found, not_side);
-  if (found.count < lookup.enough && pixel < lookup.radius)
+  if (lookup.enough > 1 && found.count < lookup.enough && pixel < lookup.radius)
     tree_.nearest(position, normal, lookup.enough, lookup.radius, found, not_side);
 }
 

@@ -107,7 +107,7 @@ class PhotonMap {
   struct Lookup {
     int neighbours = 1;
     float radius = 0.0f;
-    int enough = 0;  ///< 0: all photons within `radius`
+    int enough = 0;  ///< 0: all photons within `radius`; 1: those within the radius of a pixel only
     PixelRadius pixel = {};
     BounceCounts bounces = {};  ///< of the eye's side of the path, without the scattering at the point of the lookup
   };
