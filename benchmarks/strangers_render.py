@@ -95,4 +95,5 @@ def main(zip_file: str, blend: str, out: Path, samples: int, longest: int) -> No
     os._exit(0)
 
 
-main(sys.argv[1], sys.argv[2], Path(sys.argv[3]), int(sys.argv[4]), int(sys.argv[5]))
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2], Path(sys.argv[3]), int(sys.argv[4]), int(sys.argv[5]))
