@@ -145,7 +145,7 @@ def set_ups() -> dict[str, Callable[[], None]]:
         add("diffuse plane", light, lambda: plane(material("ShaderNodeBsdfDiffuse")), 90)
     for name, surface in SURFACES.items():
         for light in PLAIN:
-            add(f"{name} plane", light, lambda surface=surface: plane(surface()), 45)
+            add(f"{name} plane", light, lambda surface=surface: plane(surface()), -45 if name == "translucent" else 45)
     for light in PLAIN:
         add("subsurface ball", light, lambda: ball(material("ShaderNodeSubsurfaceScattering", Scale=0.1), 0.6, (0, 0, 0)), 30)
         add("glass ball on a plane", light, lambda: (plane(material("ShaderNodeBsdfDiffuse")), ball(material("ShaderNodeBsdfGlass", Roughness=0.3), 0.7, (0, 0, 0.7))), 30, 6, 3)
