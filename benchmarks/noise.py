@@ -34,7 +34,7 @@ def measured(wheel: compatibility.Blender, options: argparse.Namespace) -> list[
         process = subprocess.Popen([wheel.command[0], INSIDE, wheel.zip, f"{folder}/image.exr", str(options.samples), str(options.seeds), *options.parts], stdout=subprocess.PIPE,
                                    stderr=subprocess.STDOUT, text=True, errors="replace", env=os.environ | {"BLENDER_USER_RESOURCES": f"{folder}/profile"})
         others = []
-        for line in process.stdout:
+        for line in process.stdout or ():
             if line.startswith("NOISE "):
                 found.append(json.loads(line.removeprefix("NOISE ")))
                 print(row(found[-1]), flush=True)

@@ -7,6 +7,7 @@ A set-up is one kind of light on one kind of material, so that the noise of a sa
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import os
@@ -54,6 +55,10 @@ def box(of: bpy.types.Material, size: tuple, place: tuple = (0, 0, 0)) -> None:
     bpy.context.object.data.materials.append(of)
 
 
+def show_plane(surface: Callable[[], bpy.types.Material]) -> None:
+    plane(surface())
+
+
 def room() -> None:
     walls, quarter = material("ShaderNodeBsdfDiffuse"), math.pi / 2
     for place, turned in (((0, 0, 0), (0, 0, 0)), ((0, 0, 3), (math.pi, 0, 0)), ((0, 2, 1.5), (quarter, 0, 0)), ((-2, 0, 1.5), (0, quarter, 0)), ((2, 0, 1.5), (0, -quarter, 0))):
@@ -85,6 +90,17 @@ def sky(disc: bool = True) -> None:
     node = tree.nodes.new("ShaderNodeTexSky")
     node.sun_disc, node.sun_elevation, node.sun_rotation = disc, 0.6, math.pi
     tree.links.new(node.outputs[0], tree.nodes["Background"].inputs["Color"])
+
+
+def many_balls() -> None:
+    glowing = material("ShaderNodeEmission", Strength=20.0)
+    for i in range(25):
+        ball(glowing, 0.05, (i % 5 - 2, i // 5 - 2, 1))
+
+
+def many_lamps() -> None:
+    for i in range(64):
+        lamp("POINT", (i % 8 - 4, i // 8 - 4, 1), energy=20.0, shadow_soft_size=0.05)
 
 
 def photograph() -> None:
@@ -123,8 +139,8 @@ LIGHTS: dict[str, Callable[[], None]] = {
     "spot": lambda: lamp("SPOT", spot_size=0.8, spot_blend=0.5, shadow_soft_size=0.1), "sun": lambda: lamp("SUN", turned=(-0.6, 0, 0), energy=3.0, angle=SUN),
     "area lamp": lambda: lamp("AREA", (0, 1, 2), (-0.4, 0, 0), size=1.0), "large area lamp": lambda: lamp("AREA", size=6.0), "area lamp with spread": lambda: lamp("AREA", size=1.0, spread=0.5),
     "emissive ball": lambda: ball(material("ShaderNodeEmission", Strength=20.0), 0.2, (0, 0.5, 1.5)),
-    "25 emissive balls": lambda: [ball(material("ShaderNodeEmission", Strength=20.0), 0.05, (i % 5 - 2, i // 5 - 2, 1)) for i in range(25)],
-    "64 point lamps": lambda: [lamp("POINT", (i % 8 - 4, i // 8 - 4, 1), energy=20.0, shadow_soft_size=0.05) for i in range(64)],
+    "25 emissive balls": many_balls,
+    "64 point lamps": many_lamps,
     "even world": lambda: world(1.0), "sky": sky, "sky without a disc": lambda: sky(False), "photograph of a sky": photograph,
 }
 PLAIN = ("sun", "area lamp", "emissive ball", "sky")
@@ -139,16 +155,26 @@ def set_ups() -> dict[str, Callable[[], None]]:
     found: dict[str, Callable[[], None]] = {}
 
     def add(name: str, light: str, objects: Callable[[], None], *camera: float) -> None:
-        found[f"{name}, {light}"] = lambda: (world(), objects(), LIGHTS[light](), look(*camera))
+        def make() -> None:
+            world()
+            objects()
+            LIGHTS[light]()
+            look(*camera)
+
+        found[f"{name}, {light}"] = make
+
+    def glass_on_a_plane() -> None:
+        plane(material("ShaderNodeBsdfDiffuse"))
+        ball(material("ShaderNodeBsdfGlass", Roughness=0.3), 0.7, (0, 0, 0.7))
 
     for light in LIGHTS:
         add("diffuse plane", light, lambda: plane(material("ShaderNodeBsdfDiffuse")), 90)
     for name, surface in SURFACES.items():
         for light in PLAIN:
-            add(f"{name} plane", light, lambda surface=surface: plane(surface()), -45 if name == "translucent" else 45)
+            add(f"{name} plane", light, functools.partial(show_plane, surface), -45 if name == "translucent" else 45)
     for light in PLAIN:
         add("subsurface ball", light, lambda: ball(material("ShaderNodeSubsurfaceScattering", Scale=0.1), 0.6, (0, 0, 0)), 30)
-        add("glass ball on a plane", light, lambda: (plane(material("ShaderNodeBsdfDiffuse")), ball(material("ShaderNodeBsdfGlass", Roughness=0.3), 0.7, (0, 0, 0.7))), 30, 6, 3)
+        add("glass ball on a plane", light, glass_on_a_plane, 30, 6, 3)
     for light in ("point lamp", "area lamp", "emissive ball", "even world"):
         add("room", light, room, 20, 1.9)
     for light in ("point lamp", "spot", "sun", "area lamp", "even world"):
