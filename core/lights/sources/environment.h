@@ -83,7 +83,7 @@ class Environment {
   float sampled(float luminance) const {
     return std::max(0.0f, luminance - mean_luminance_) + kFloor * mean_luminance_;
   }
-  /// A place in a cell that is divided, and its density relative to that of the cell.
+  /// Null if the cell is not divided.
   const FineCell* fine_cell(int column, int row) const;
   void build_map();
   /// Distributes samples between the discs and the map, by their luminance above the mean.

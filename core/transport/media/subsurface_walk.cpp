@@ -243,7 +243,10 @@ void leave_surface(const ShaderProgram& program, const ShadingPoint& point, Vec3
   shading.bsdf.prepare(point.wo);
 }
 
-Hit find_own_surface(const Scene& scene, uint32_t instance, Ray ray, uint64_t& rays) {
+namespace {
+
+/// find_own_surface, but a surface of another instance beyond `needed` ends the search.
+Hit find_own_surface_within(const Scene& scene, uint32_t instance, Ray ray, float needed, uint64_t& rays) {
   float travelled = 0.0f;
   ShadingPoint other;
   for (;;) {
@@ -253,11 +256,18 @@ Hit find_own_surface(const Scene& scene, uint32_t instance, Ray ray, uint64_t& r
       hit.t += travelled;
       return hit;
     }
+    if (travelled + hit.t > needed) return {};
     scene.shading_point(ray, hit, other);
     travelled += hit.t;
     ray = scene.straight_on(other, ray, hit.t);
     if (!(ray.t_max > 0.0f)) return {};
   }
+}
+
+}  // namespace
+
+Hit find_own_surface(const Scene& scene, uint32_t instance, Ray ray, uint64_t& rays) {
+  return find_own_surface_within(scene, instance, ray, kInfinity, rays);
 }
 
 WalkMedium walk_medium(const SubsurfaceMedium& medium) {
@@ -303,7 +313,8 @@ bool walk_below_surface(const Scene& scene, const EntryPoint& entry, Pcg32& rng,
     if (step > 0) ray.direction = walk.scatter(ray.direction, rng);
     const float distance = walk.sample_distance(rng);
     ray.t_max = step == 0 ? std::max(distance, walk.reach()) : distance;
-    Hit hit = find_own_surface(scene, entry.instance, ray, rays);
+    // Other objects may be in between, which must not cost many rays only to know the thickness.
+    Hit hit = find_own_surface_within(scene, entry.instance, ray, distance, rays);
     if (step == 0 && hit.found() && hit.t > distance) {
       walk.choose_way(hit.t, entry.choice);
       hit = Hit();
