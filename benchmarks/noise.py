@@ -45,15 +45,18 @@ def measured(wheel: compatibility.Blender, options: argparse.Namespace) -> list[
     return found
 
 
+def variance_ratio(found: dict) -> float:
+    return (max(found["AJAR"]["deviation"], LEAST) / max(found["CYCLES"]["deviation"], LEAST)) ** 2
+
+
 def row(found: dict) -> str:
     ours, theirs = found["AJAR"], found["CYCLES"]
-    deviations = [max(engine["deviation"], LEAST) for engine in (ours, theirs)]
-    return (f"| {found['name']} | {ours['mean'] / theirs['mean']:.3f} | {theirs['deviation']:.3f} | {ours['deviation']:.3f} | {(deviations[0] / deviations[1]) ** 2:.2f} | "
+    return (f"| {found['name']} | {ours['mean'] / theirs['mean']:.3f} | {theirs['deviation']:.3f} | {ours['deviation']:.3f} | {variance_ratio(found):.2f} | "
             f"{ours['cpu'] / theirs['cpu']:.2f} |")
 
 
 def page(found: list[dict], wheel: str, options: argparse.Namespace) -> str:
-    ratios = [(max(f["AJAR"]["deviation"], LEAST) / max(f["CYCLES"]["deviation"], LEAST)) ** 2 for f in found]
+    ratios = [variance_ratio(f) for f in found]
     lines = ["# Noise of one sample", "",
              f"Variance of Ajar over that of Cycles {wheel}, path tracing, equal samples: geometric mean {math.exp(sum(map(math.log, ratios)) / len(ratios)):.2f} of {len(found)} small "
              "set-ups.", "",

@@ -291,15 +291,17 @@ Vec3 Environment::sample(Vec2 u, float& pdf) const {
   const float z = top + within.y * (bottom - top);
   const float r = safe_sqrt((1.0f - z) * (1.0f + z)), phi = 2.0f * kPi * (float(column) + within.x) / float(kWidth);
   const Vec3 wi(r * std::cos(phi), r * std::sin(phi), z);
-  pdf = (1.0f - disc_share_) * pdf_square / (2.0f * kPi * float(kHeight) * (top - bottom));
-  for (const Disc& disc : discs_)
-    if (disc.contains(wi)) pdf += disc_share_ * disc.density;
+  pdf = (1.0f - disc_share_) * pdf_square / (2.0f * kPi * float(kHeight) * (top - bottom)) + disc_pdf(wi);
   return wi;
 }
 
 float Environment::pdf_solid_angle(Vec3 wi) const {
   if (constant_) return warp::sphere_pdf_solid_angle();
-  float pdf = (1.0f - disc_share_) * map_pdf(wi);
+  return (1.0f - disc_share_) * map_pdf(wi) + disc_pdf(wi);
+}
+
+float Environment::disc_pdf(Vec3 wi) const {
+  float pdf = 0.0f;
   for (const Disc& disc : discs_)
     if (disc.contains(wi)) pdf += disc_share_ * disc.density;
   return pdf;

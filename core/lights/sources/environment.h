@@ -90,6 +90,7 @@ class Environment {
   void share_samples(double excess_of_map);
   float part_of_sphere(int row) const;  ///< the solid angle of a cell; the sphere has 1
   float map_pdf(Vec3 wi) const;         ///< per solid angle
+  float disc_pdf(Vec3 wi) const;        ///< per solid angle, of all samples
 
   const ShaderProgram* program_ = nullptr;
   uint32_t visibility_ = 0;

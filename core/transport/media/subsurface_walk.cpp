@@ -319,8 +319,7 @@ bool walk_below_surface(const Scene& scene, const EntryPoint& entry, Pcg32& rng,
       walk.choose_way(hit.t, entry.choice);
       hit = Hit();
     }
-    ray.t_max = distance;
-    walk.add_step(hit.found() ? hit.t : ray.t_max, hit.found());
+    walk.add_step(hit.found() ? hit.t : distance, hit.found());
     const Color carried = walk.weight();
     if (hit.found()) {
       ray.direction = -ray.direction;  // as if the surface were seen from outside
@@ -332,7 +331,7 @@ bool walk_below_surface(const Scene& scene, const EntryPoint& entry, Pcg32& rng,
       return is_finite(weight);
     }
     if (!(max_component(carried) > kNothingLeft)) return false;
-    ray.origin += ray.t_max * ray.direction;
+    ray.origin += distance * ray.direction;
     if (step == kAnisotropicSteps) walk.become_isotropic();
   }
   return false;
