@@ -34,7 +34,7 @@ struct ShaderProgram::Data {
   bool may_be_transparent = false, subsurface_has_normal = false;
   ViewDependence view_dependence = ViewDependence::None;
   bool has_surface = false, has_volume = false, medium_varies = false;
-  bool keeps_normal = false;  // the displaced normal is not bent towards the eye for diffuse closures
+  bool keeps_normal = false;  // the surface's own normal is not bent towards the eye for diffuse closures
   int register_count = 0;
 
   Color through_thin_walls(const Values& values) const;
@@ -210,7 +210,9 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.aovs = compile_aovs(builder);
   if (!data.scattering.empty()) data.displaced_normal = builder.displaced_normal();
   const bool bends_normal = data.displaced_normal != kNoOperand || data.undisplaced_normal != kNoOperand;
-  data.keeps_normal = bends_normal && builder.number(graph.displacement.node, "keeps_normal") != 0.0f;
+  data.keeps_normal = bends_normal ? builder.number(graph.displacement.node, "keeps_normal") != 0.0f
+                                   : std::any_of(data.scattering.begin(), data.scattering.end(),
+                                                 [](const Closure& c) { return c.inputs.keeps_normal; });
   std::copy_if(data.scattering.begin(), data.scattering.end(), std::back_inserter(data.thin_walls), is_thin_wall);
   std::copy_if(data.scattering.begin(), data.scattering.end(), std::back_inserter(data.portals),
                [](const Closure& closure) { return closure.kind == ClosureKind::RayPortal; });
@@ -273,7 +275,7 @@ void ShaderProgram::Data::shade(const ShadingPoint& point, float* registers, Sur
   out.holdout = 0.0f;
   for (const Closure& closure : d.holdout) out.holdout += *operand(closure.weight, registers, constants);
 
-  if (d.plain_diffuse && !d.keeps_normal) {
+  if (d.plain_diffuse && out.bsdf.bump_base == out.bsdf.n) {
     const Closure& diffuse = d.scattering.front();
     Color color = diffuse.inputs.base_color;
     if (!diffuse.patches.empty()) color = glm::max(load3(registers + diffuse.patches.front().from), Color(0.0f));

@@ -61,13 +61,16 @@ def export_of_volume(context: ExportContext, material: bpy.types.Material | None
 
 def _default(context: ExportContext) -> int:
     """The default material: grey diffuse, and since Blender 5.0 a Principled BSDF with default values."""
-    if not compat.default_is_principled():
+    if not node_graph.keeps_diffuse_normals():
         return NO_MATERIAL
     if 0 not in context.materials:
         graph = ajar.NodeGraph()
-        node = graph.add_node("ShaderNodeBsdfPrincipled", "Principled BSDF")
-        graph.add_input(node, "Specular IOR Level", (0.5, 0.0, 0.0, 0.0))   # the compiler recognizes the version of the node by this socket; the other sockets have defaults
-        graph.surface = ajar.NodeLink(node, "BSDF")
+        if compat.default_is_principled():
+            node = graph.add_node("ShaderNodeBsdfPrincipled", "Principled BSDF")
+            graph.add_input(node, "Specular IOR Level", (0.5, 0.0, 0.0, 0.0))   # the compiler recognizes the version of the node by this socket; the other sockets have defaults
+            graph.surface = ajar.NodeLink(node, "BSDF")
+        else:
+            _diffuse(graph, (0.8, 0.8, 0.8, 1.0))
         context.materials[0] = context.description.add_material(name="default_surface", graph=graph)
     return context.materials[0]
 
@@ -75,4 +78,5 @@ def _default(context: ExportContext) -> int:
 def _diffuse(graph: ajar.NodeGraph, color: tuple[float, ...]) -> None:
     node = graph.add_node("ShaderNodeBsdfDiffuse", "Diffuse BSDF")
     graph.add_input(node, "Color", color)
+    graph.add_property(node, "keeps_normal", numbers=[float(node_graph.keeps_diffuse_normals())])
     graph.surface = ajar.NodeLink(node, "BSDF")

@@ -367,8 +367,13 @@ def _displacement(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[
     return [("filter_width", [0.1 if bpy.app.version >= (4, 3) else 1.0]), *_bumped(_context, _node)]
 
 
+def keeps_diffuse_normals() -> bool:
+    """Whether normals are bent towards the eye for reflections only, and not for diffuse closures."""
+    return bpy.app.version >= (4, 0)
+
+
 def _bumped(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
-    return [("keeps_normal", [float(bpy.app.version >= (4, 0))])]
+    return [("keeps_normal", [float(keeps_diffuse_normals())])]
 
 
 def _diffuse(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:

@@ -16,8 +16,9 @@ Color DirectEstimator::weight_sample(const DirectLightContext& c, const LightSet
   float weight = 1.0f / pdf;
   // Balance heuristic [Veach 1997, eq. 9.8; Fan 2006, eq. 2.23] or power heuristic [Veach 1997, eq. 9.13].
   if (!sample.delta && light.mis && heuristic_ != Heuristic::LightsOnly)
-    weight *= heuristic_ == Heuristic::Balance ? pdf / (pdf + scattered.pdf_solid_angle)
-                                               : power_heuristic(pdf, scattered.pdf_solid_angle);
+    weight *= heuristic_ == Heuristic::Balance
+                  ? pdf / (pdf + scattered.pdf_solid_angle)
+                  : power_heuristic(counted_light_pdf(pdf, sample.distance), scattered.pdf_solid_angle);
   Color contribution = scattered.f_cos * sample.radiance * weight;
   if (light.cast_shadow) {
     ++rays;
@@ -26,21 +27,16 @@ Color DirectEstimator::weight_sample(const DirectLightContext& c, const LightSet
   return contribution;
 }
 
-float DirectEstimator::light_pdf_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi,
-                                        Vec3 position, Vec3 normal) const {
-  const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
-  return mixture_.choice_pmf(v.cell, v.position, v.normal, light) *
-         scene.lights().pdf_li(light, v.position, wi, distance, normal, v.time);
-}
-
 float DirectEstimator::weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position,
                                      Vec3 normal) const {
   if (v.bsdf_pdf == 0.0f) return 1.0f;
   if (v.complete) return 0.0f;
-  const float light_pdf = light_pdf_of_hit(scene, v, light, wi, position, normal);
+  const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
+  const float light_pdf = mixture_.choice_pmf(v.cell, v.position, v.normal, light) *
+                          scene.lights().pdf_li(light, v.position, wi, distance, normal, v.time);
   if (heuristic_ == Heuristic::LightsOnly) return light_pdf > 0.0f ? 0.0f : 1.0f;
   return heuristic_ == Heuristic::Balance ? v.bsdf_pdf / (v.bsdf_pdf + light_pdf)
-                                          : power_heuristic(v.bsdf_pdf, light_pdf);
+                                          : power_heuristic(v.bsdf_pdf, counted_light_pdf(light_pdf, distance));
 }
 
 Color DirectEstimator::mean_of_draws(const DirectLightContext& c, const LightMixture::Kernel& k, Sampler& sampler,

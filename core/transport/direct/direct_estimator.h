@@ -106,9 +106,6 @@ class DirectEstimator {
   }
   Color weight_sample(const DirectLightContext& c, const LightSet::Choice& chosen, LightFlags light,
                       const LightSample& sample, uint64_t& rays) const;
-  /// The density of light sampling for a light that was hit.
-  float light_pdf_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position,
-                         Vec3 normal) const;
   /// The mean of all samples of a mixture with fixed shares, each weighted by f / K or by the power heuristic.
   Color mean_of_draws(const DirectLightContext& c, const LightMixture::Kernel& k, Sampler& sampler, bool power,
                       uint64_t& rays) const;

@@ -122,7 +122,8 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
       if (c.guide && by_ray_kind) [[unlikely]]
         scattered.pdf_solid_angle = c.bsdf.evaluate(c.point.wo, sample->wi).pdf_solid_angle;
       if (!sample->delta && light.mis && !light.partial())
-        contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, scattered.pdf_solid_angle);
+        contribution *= power_heuristic(counted_light_pdf(choice.pmf * sample->pdf_solid_angle, sample->distance),
+                                        scattered.pdf_solid_angle);
       return contribution;
     }
   }
@@ -165,7 +166,7 @@ class MisDirectLight {
     const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
     const float light_pdf = lights.choice_pmf(v.position, v.normal, light, v.receiver_set) *
                             lights.pdf_li(light, v.position, wi, distance, normal, v.time);
-    return power_heuristic(v.bsdf_pdf, light_pdf);
+    return power_heuristic(v.bsdf_pdf, counted_light_pdf(light_pdf, distance));
   }
 };
 

@@ -378,6 +378,41 @@ TEST(ShaderNodes, bumped_normals_are_those_of_cycles) {
   EXPECT_EQ(cases, 5);
 }
 
+// A plane with smooth normals that lean away from the eye. The values are those of Cycles 3.4.1 and 5.2.3 under a sun of
+// strength 3: since Blender 4.0, only reflections bend the normal towards the eye.
+TEST(ShaderNodes, smooth_normals_that_lean_away_from_the_eye_are_bent_as_in_cycles) {
+  const auto direction = [](float degrees) {  // from the zenith, away from the eye
+    const float angle = degrees * kPi / 180.0f;
+    return Vec3(0.0f, std::sin(angle), std::cos(angle));
+  };
+  struct Case {
+    float normal, eye, sun, bent, kept;
+  };
+  for (const Case& c :
+       {Case{50, -30, 30, 0.7639f, 0.7179f}, Case{50, -70, 30, 0.7166f, 0.7179f}, Case{70, -70, 30, 0.7166f, 0.5852f},
+        Case{70, -70, 10, 0.7639f, 0.3820f}, Case{70, -45, 60, 0.6037f, 0.7523f}})
+    for (const bool keeps : {false, true})
+      for (const bool second : {false, true}) {  // beside another closure, or alone
+        GraphBuilder g;
+        const int diffuse = g.node("ShaderNodeBsdfDiffuse", {},
+                                   {number_property("keeps_normal", {keeps ? 1.0f : 0.0f})});
+        g.graph.surface = {diffuse, "BSDF"};
+        if (second) {
+          const int half = g.node("ShaderNodeMixShader", {linked_input("Shader", diffuse, "BSDF"),
+                                                          linked_input("Shader_001", diffuse, "BSDF")});
+          g.graph.surface = {half, "Shader"};
+        }
+        ShadingPoint point;
+        point.ng = Vec3(0, 0, 1);
+        point.ns = direction(c.normal);
+        point.wo = direction(c.eye);
+        SurfaceShading shading;
+        compile(g.graph).evaluate_surface(point, shading);
+        const float light = 3.0f * shading.bsdf.evaluate(point.wo, direction(c.sun)).f_cos.x;
+        EXPECT_NEAR(light, keeps ? c.kept : c.bent, 2e-4f) << c.normal << " " << c.eye << " " << c.sun;
+      }
+}
+
 TEST(ShaderNodes, a_constant_height_changes_no_normal_and_needs_no_instruction) {
   GraphBuilder g;
   const int bump = g.node("ShaderNodeBump", {value_input("Height", 0.7f)});
