@@ -22,11 +22,11 @@ class EarlySamples {
   static constexpr uint32_t kRaySamples = 4;
   /// Maximum memory. Octaves are kept from the `end` of the last join up to the highest goal, which is far above it for
   /// few pixels only.
-  static constexpr size_t kMaxBytesPerPixel = 8 * sizeof(Moments) + sizeof(float);
+  static constexpr size_t kMaxBytesPerPixel = 8 * sizeof(Moments) + 2 * sizeof(float);
 
   bool enabled() const { return !octaves_.empty(); }
   uint64_t memory_bytes() const {
-    uint64_t bytes = rays_.size() * sizeof(float);
+    uint64_t bytes = (rays_.size() + first_halves_.size()) * sizeof(float);
     for (const std::vector<Moments>& octave : octaves_) bytes += octave.size() * sizeof(Moments);
     return bytes;
   }
@@ -53,6 +53,10 @@ class EarlySamples {
     const size_t last = size_t(std::bit_width(end - 1));
     for (; joined_ < last; ++joined_) {
       std::vector<Moments>&from = octaves_[joined_], &to = octaves_[joined_ + 1];
+      if (joined_ + 1 == last) {
+        first_halves_.resize(from.size());
+        std::transform(from.begin(), from.end(), first_halves_.begin(), [](const Moments& m) { return m.sum; });
+      }
       for (size_t i = 0; i < to.size(); ++i) {
         to[i].sum += from[i].sum;
         to[i].sum_squared += from[i].sum_squared;
@@ -62,6 +66,8 @@ class EarlySamples {
   }
   /// Moments of the samples below the `end` of the last join.
   const Moments& first(size_t pixel) const { return octaves_[joined_][pixel]; }
+  /// Sum of the first half of these samples; `end` was at least 2.
+  float first_half(size_t pixel) const { return first_halves_[pixel]; }
 
   /// Mean number of rays of the first samples. All pixels must have `end` samples; while that is below kRaySamples, none
   /// may have more.
@@ -69,7 +75,7 @@ class EarlySamples {
 
  private:
   std::vector<std::vector<Moments>> octaves_;
-  std::vector<float> rays_;
+  std::vector<float> rays_, first_halves_;
   size_t joined_ = 0;
 };
 

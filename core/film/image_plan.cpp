@@ -47,7 +47,8 @@ constexpr int kBand = 32;            // rows that one task smooths
 /// Estimates from the first samples of a pixel, for one sample; or weighted sums of these over pixels.
 struct Noise {
   float weight = 1.0f, mean = 0.0f, variance = 0.0f;  ///< of the displayed luminance
-  float cost = 0.0f;                                  ///< time, in rays
+  float stratified = 0.0f;  ///< the variance that independent samples with the noise of the first half would have
+  float cost = 0.0f;        ///< time, in rays
   void add(const Noise& n, float w) {
     weight += w * n.weight;
     mean += w * n.mean;
@@ -64,6 +65,8 @@ std::vector<Noise> noise_of_first(EarlySamples& early, size_t pixels, uint32_t c
     const EarlySamples::Moments& m = early.first(i);
     noise[i].mean = m.sum / float(count);
     noise[i].variance = std::max(0.0f, m.sum_squared - m.sum * noise[i].mean) / float(count - 1);
+    const float difference = 2.0f * early.first_half(i) - m.sum;  // of the sums of both halves
+    noise[i].stratified = exposure * exposure * difference * difference / float(count);
     noise[i].mean *= exposure;
     noise[i].variance *= exposure * exposure;
     noise[i].cost = kCostOfSample + early.mean_rays(i, count);
@@ -106,14 +109,25 @@ void for_each_neighbourhood(const std::vector<Noise>& noise, int width, float re
       });
 }
 
+/// The error of a pixel with about `count` times the samples for which it is 1. It falls like 1 / C^power at the powers of
+/// two of C and like 1 / C between them, where a low-discrepancy sequence is not complete. The count is rounded (see
+/// kRoundDigits).
+double error_of_count(float count, float power) {
+  const auto exact = [&](float c) { return std::exp2((1.0f - power) * std::floor(std::log2(c))) / c; };
+  const float whole = std::exp2(std::floor(std::log2(count))), step = whole / float(1 << kRoundDigits);
+  const float steps = (count - whole) / step, low = whole + step * std::floor(steps);
+  return double(std::lerp(exact(low), exact(low + step), steps - std::floor(steps)));
+}
+
 /// Finds the shares of all pixels from the noise of their first samples.
 class ShareSearch {
  public:
-  ShareSearch(const std::vector<Noise>& noise, int width, ErrorMeasure measure, uint32_t early)
+  ShareSearch(const std::vector<Noise>& noise, int width, ErrorMeasure measure, uint32_t early, bool round_counts)
       : noise_(noise),
         width_(width),
         measure_(measure),
         early_(early),
+        round_counts_(round_counts),
         predictions_{std::vector<Prediction>(noise.size()), std::vector<Prediction>(noise.size())},
         shares_(noise.size(), 1.0f) {}
 
@@ -146,12 +160,14 @@ class ShareSearch {
   void average_widely();
   float unit_of(const Noise& near, const Prediction& wide) const;
   void predict_shares(float reach);
+  float power_of(int color) const;
   void test_shares(int color);
 
   const std::vector<Noise>& noise_;
   int width_;
   ErrorMeasure measure_;
   uint32_t early_;
+  bool round_counts_;
   /// Predictions for each pixel: from its own colour without itself, to test shares, and from the other colour, to set
   /// them.
   std::vector<Prediction> predictions_[2];
@@ -199,6 +215,22 @@ void ShareSearch::predict_shares(float reach) {
   });
 }
 
+/// The power with which the error of the pixels of a colour falls. It is 1 for independent samples, for which both
+/// estimates of the variance are equal.
+float ShareSearch::power_of(int color) const {
+  constexpr double kMost = 3.0;
+  double independent = 0.0, stratified = 0.0;
+  for_each_of(color, [&](size_t i) {
+    const float unit = predictions_[0][i].unit;
+    if (!(unit > 0.0f)) return;
+    independent += double(noise_[i].variance / unit);
+    stratified += double(noise_[i].stratified / unit);
+  });
+  if (!(independent > stratified)) return 1.0f;
+  return float(stratified > 0.0 ? std::min(1.0 + std::log(independent / stratified) / std::log(double(early_)), kMost)
+                                : kMost);
+}
+
 /// Pixels of the other colour decide which reach and which equal fraction are best. Each of them is predicted by its own
 /// colour, and its own samples are independent of this prediction.
 void ShareSearch::test_shares(int color) {
@@ -214,13 +246,15 @@ void ShareSearch::test_shares(int color) {
     ++seen;
   });
   if (!(sum_own > 0.0) || !(sum_other > 0.0)) return;
+  const float power = round_counts_ ? power_of(1 - color) : 1.0f;
   const float scale_own = float(double(seen) / sum_own), scale_other = float(double(pixels) / sum_other);
   const auto for_each_test = [&](float part, auto&& visit) {
     for_each_of(1 - color, [&](size_t i) {
       const Prediction& p = predictions_[0][i];
+      // The mean of both estimates: the second one alone has much noise.
       if (p.unit > 0.0f)
-        visit(std::max(kFloor, part + (1.0f - part) * scale_own * p.share), noise_[i].variance / p.unit,
-              noise_[i].cost);
+        visit(std::max(kFloor, part + (1.0f - part) * scale_own * p.share),
+              0.5f * (noise_[i].variance + noise_[i].stratified) / p.unit, noise_[i].cost);
     });
   };
   for (const float part : kUniformParts) {
@@ -231,7 +265,7 @@ void ShareSearch::test_shares(int color) {
     });
     const double even_count = time / time_of_one;  // of all pixels in the same time
     for_each_test(part, [&](float count, float error, float) {
-      const double change = double(error) * (1.0 - even_count / double(count));
+      const double change = double(error) * (1.0 - even_count * error_of_count(count, power));
       even += double(error);
       less += change;
       square += change * change;
@@ -368,7 +402,7 @@ void ImagePlan::decide(Film& film) {
   decided_goals_ = film.goals();
   const std::vector<Noise> noise = noise_of_first(film.early_samples(), decided_goals_.size(), early_,
                                                   float(film.shown_exposure()));
-  shares_ = ShareSearch(noise, film.width(), measure_, early_).find();
+  shares_ = ShareSearch(noise, film.width(), measure_, early_, digits_ == kRoundDigits).find();
   if (find_importance_) importance_ = std::exchange(find_importance_, {})();
   for (size_t i = 0; i < importance_.size(); ++i) shares_[i] *= importance_[i];
 }
