@@ -54,11 +54,13 @@ struct SampleAux {
   std::array<float, 7> shares{};
   bool has_first = false;  ///< the first hit was recorded
   bool has_guides = false;
+  bool shows_first = true;  ///< false: the first hit is not recorded, as if a medium had scattered the ray before it
   SampleExtras* extras = nullptr;  ///< null: no pass needs them
   /// Guides of a denoiser: the albedo and the normal of the first surface that is not nearly a mirror, seen through
-  /// mirrors and glass, whose colours the albedo contains.
+  /// mirrors and glass, whose colours the albedo contains. Media in front of it are added, with what they scatter.
   Color guide_albedo{0.0f}, guide_throughput{1.0f};
   Vec3 guide_normal{0.0f};
+  float guide_share = 1.0f;  ///< of the surface in the normal
 };
 
 /// The radiance of a sample in the parts of Blender's passes: emission that is seen directly, and light that the first

@@ -5,7 +5,7 @@
 #include <tbb/enumerable_thread_specific.h>
 
 #include "film/filter.h"
-#include "integrators/tile_loop.h"
+#include "film/tile_loop.h"
 #include "transport/bidirectional/bidirectional.h"
 #include "transport/hints/followed_hints.h"
 #include "transport/paths/path.h"

@@ -11,7 +11,7 @@
 
 #include "film/filter.h"
 
-#include "integrators/tile_loop.h"
+#include "film/tile_loop.h"
 #include "math/warps.h"
 #include "transport/direct/estimators/make_estimator.h"
 #include "transport/direct/eye_media.h"

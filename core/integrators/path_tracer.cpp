@@ -9,9 +9,9 @@
 #include <tbb/combinable.h>
 
 #include "film/filter.h"
+#include "film/tile_loop.h"
 #include "integrators/learned.h"
 #include "integrators/path_walk.h"
-#include "integrators/tile_loop.h"
 #include "sampling/sampler.h"
 #include "scene/pass_names.h"
 #include "transport/direct/estimators/make_estimator.h"

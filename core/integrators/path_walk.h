@@ -175,96 +175,13 @@ class PathWalk {
     add(arriving * weight_of_hit(met.light, met.position, met.normal), walk_.point.ray_depth);
   }
 
-  // ---- Media ---------------------------------------------------------------------------------
+  // ---- Media: path_walk_media.h --------------------------------------------------------------
 
-  /// Adds what media emit and scatter along a segment of the ray, and attenuates the throughput. Returns Traced if the
-  /// path was scattered.
-  Step pass_media() {
-    const Ray& ray = walk_.ray;
-    ShadingPoint& point = walk_.point;
-    if (!walk_.found()) medium_.media.leave_all(medium_.stack, medium_.counters);
-    if (medium_.stack.empty()) return Step::GoOn;
-    const Color before = beta_;
-    MediaEvent event;
-    const MediumPoint& at = event.at;
-    const uint32_t here = D::kScatter + D::kStretch * uint32_t(medium_.stretch++);
-    const MediaRay along{medium_.stack, ray, walk_.found() ? walk_.hit.t : kInfinity, point, point.ray_kind};
-    const bool uniform = medium_.media.is_uniform(along, event.at, medium_.counters), may_scatter = !at_bounce_limit_;
-    Color direct(0.0f);
-    MediumLight sampled;
-    const MediumLightContext<Medium> context{scene_, medium_, ray, point, sampler_, here + 2, start_.counters.rays};
-    if (uniform && may_scatter && at.scatters() && lights_.can_choose())
-      direct = estimate_direct_along(context, along.t_end, at, beta_, sampled);
-    sampler_.set_dimension(here);
-    const bool scattered = uniform ? medium_.media.scatter_uniform(along, may_scatter, sampler_.get_2d(), beta_, event)
-                                   : medium_.media.scatter_varying(along, may_scatter, medium_.rng, beta_, event,
-                                                                   medium_.counters);
-    const PhaseFunction phase(at);
-    const Vec3 place = ray.origin + event.t * ray.direction;
-    if (scattered && !uniform && lights_.can_choose())
-      direct = beta_ * estimate_direct_at(context, phase, place, sampled);
-    note_nothing();
-    if (!is_black(event.emitted)) add(event.emitted, point.ray_depth);
-    const bool is_first = point.ray_depth == 0;
-    if constexpr (kParts)
-      if (is_first) first_.part = PathPasses::Part::VolumeDirect;
-    if (!is_black(direct)) note_light(sampled.light);
-    if (!is_black(direct)) add(direct, point.ray_depth + 1);
-    if constexpr (kParts)
-      if (is_first && !scattered) first_.part = PathPasses::Part::None;
-    if (is_first) alpha_ += luminance(scattered ? before : before - beta_);
-    record_medium(ray.direction, before, beta_, scattered, aux_);
-    if (!(largest(beta_) > 0.0f)) return Step::End;
-    if constexpr (kGuided) guided_.unguided_beta *= largest(beta_) / largest(before);
-    if (!scattered) return Step::GoOn;
-    if constexpr (kGuided) guided_.note_arrival(place);
-    medium_.chosen_for = sampled.chosen_for;
-    return scatter_in_medium(at, phase, place) ? Step::Traced : Step::End;
-  }
-
-  /// Continues the path by the phase function.
-  bool scatter_in_medium(const MediumPoint& at, const PhaseFunction& phase, Vec3 place) {
-    ShadingPoint& point = walk_.point;
-    const uint32_t base = D::kCamera + D::kVertex * uint32_t(vertex_++);
-    sampler_.set_dimension(base + D::kLobe);
-    const auto [u_lobe, u] = draw_direction(at.lobe_count > 1);
-    PhaseSample sample;
-    if constexpr (kGuided) {
-      sampler_.set_dimension(base + D::kGuide);
-      sample = sample_phase_guided(phase, walk_.ray.direction, guide_.tree, place, 1.0f - guided_.plain,
-                                   {sampler_.get_1d(), u_lobe, u});
-      guided_.note_scattering(guide_, place, sample, radiance_, luminance(beta_));
-    } else {
-      sample = sample_phase(phase, walk_.ray.direction, u_lobe, u);
-    }
-    if (!(sample.pdf_phase > 0.0f)) return false;
-    beta_ *= sample.value / sample.pdf;
-    note_rough(true);
-    ++point.ray_depth;
-    at_bounce_limit_ = point.ray_depth > settings_.bounces.total || ++medium_.depth > settings_.bounces.volume;
-    point.ray_kind = kRayVolumeScatter;
-    if (point.ray_depth > kSafeBounces && !survives_roulette(base)) return false;
-    previous_ = DirectVertex();
-    previous_.bsdf_pdf = sample.pdf_phase;
-    unguided_pdf_ = true;
-    previous_.position = place;
-    previous_.receiver_set = medium_.media.receiver_set(medium_.stack);
-    medium_.chose = true;
-    Ray next;
-    next.origin = place;
-    next.direction = sample.wi;
-    next.time = walk_.ray.time;
-    walk_.ray = next;
-    return true;
-  }
-
-  /// Continues straight through a surface that only encloses a volume.
-  bool cross_boundary() {
-    if (++medium_.bounds > kMaxVolumeBounds) return false;
-    medium_.media.cross(walk_.hit, !walk_.point.backfacing, medium_.stack, medium_.counters);
-    walk_.pass_uncounted();
-    return true;
-  }
+  Step pass_media();
+  bool is_kept(Color& throughput);
+  void follow_scattered(const MediumPoint& at, const PhaseFunction& phase, Vec3 place);
+  bool scatter_in_medium(const MediumPoint& at, const PhaseFunction& phase, Vec3 place);
+  bool cross_boundary();
 
   // ---- Surfaces ------------------------------------------------------------------------------
 
@@ -498,3 +415,5 @@ class PathWalk {
 };
 
 }  // namespace ajar
+
+#include "integrators/path_walk_media.h"

@@ -1,7 +1,7 @@
 #include "view/surface_guides.h"
 
+#include "film/tile_loop.h"
 #include "integrators/path_walk.h"
-#include "integrators/tile_loop.h"
 #include "sampling/sampler.h"
 
 namespace ajar {

@@ -107,6 +107,10 @@ class Media {
   bool scatter_uniform(const MediaRay& along, bool may_scatter, Vec2 u, Color& beta, MediaEvent& event) const;
   bool scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng, Color& beta, MediaEvent& event,
                        MediaCounters& counters) const;
+  /// Splits the light: `beta` becomes the contribution of scattering over its probability, at `event`, and what passes to
+  /// the end of the ray is returned. Light always scatters if the medium does, so both are parts of each sample.
+  Color split_uniform(const MediaRay& along, Vec2 u, Color& beta, MediaEvent& event) const;
+  Color split_varying(const MediaRay& along, Pcg32& rng, Color& beta, MediaEvent& event, MediaCounters& counters) const;
   /// The transmittance to the end of the ray. It is an unbiased estimate for media that vary.
   Color transmittance(const MediaRay& along, Pcg32& rng, MediaCounters& counters) const;
   /// The transmittance to the end of a shadow ray, including that of transparent surfaces. `by_ray_kind`: as for

@@ -40,6 +40,20 @@ bool outlives(float faint, Pcg32& rng, Color& weight) {
   return true;
 }
 
+/// The probability with which the distance is that of a channel: proportional to its throughput, and larger if it scatters
+/// much. Black if nothing scatters.
+Color channel_probability(const MediumPoint& at, Color beta) {
+  Color probability(0.0f);
+  if (!at.scatters()) return probability;
+  for (int c = 0; c < 3; ++c) {
+    const float albedo = at.extinction[c] > 0.0f ? at.scattering[c] / at.extinction[c] : 0.0f;
+    probability[c] = std::abs(beta[c]) * (kMinChannel + (1.0f - kMinChannel) * albedo);
+  }
+  const float sum = probability.x + probability.y + probability.z;
+  return sum > 0.0f ? probability / sum : probability;
+}
+int channel_of(Color probability, float u) { return u < probability.x ? 0 : u < probability.x + probability.y ? 1 : 2; }
+
 }  // namespace
 
 ShadingPoint inside_of(const MediaRay& along) {
@@ -236,21 +250,12 @@ bool Media::scatter_uniform(const MediaRay& along, bool may_scatter, Vec2 u, Col
   const float length = along.t_end - along.ray.t_min;
   const Color through = transmittance_of(at.extinction, length);
   if (!is_black(at.emission)) event.emitted += beta * emitted_along(at, through, length);
-  Color probability(0.0f);
-  if (may_scatter && at.scatters()) {
-    for (int c = 0; c < 3; ++c) {
-      const float albedo = at.extinction[c] > 0.0f ? at.scattering[c] / at.extinction[c] : 0.0f;
-      // A channel is chosen with a probability proportional to its throughput, and larger if it scatters much.
-      probability[c] = std::abs(beta[c]) * (kMinChannel + (1.0f - kMinChannel) * albedo);
-    }
-    const float sum = probability.x + probability.y + probability.z;
-    if (sum > 0.0f) probability /= sum;
-  }
+  const Color probability = may_scatter ? channel_probability(at, beta) : Color(0.0f);
   if (is_black(probability)) {
     beta *= through;
     return false;
   }
-  const int channel = u.y < probability.x ? 0 : u.y < probability.x + probability.y ? 1 : 2;
+  const int channel = channel_of(probability, u.y);
   const float distance = at.extinction[channel] > 0.0f ? -std::log(1.0f - u.x) / at.extinction[channel] : kInfinity;
   if (!(distance < length)) {
     // Transmittance over the probability of no scattering: balance heuristic over the channels [Veach 1997, section
@@ -262,6 +267,59 @@ bool Media::scatter_uniform(const MediaRay& along, bool may_scatter, Vec2 u, Col
   beta *= at.scattering * reaching / glm::dot(probability, at.extinction * reaching);
   event.t = along.ray.t_min + distance;
   return true;
+}
+
+Color Media::split_uniform(const MediaRay& along, Vec2 u, Color& beta, MediaEvent& event) const {
+  const MediumPoint& at = event.at;
+  const float length = along.t_end - along.ray.t_min;
+  const Color through = at.empty() ? Color(1.0f) : transmittance_of(at.extinction, length), passing = beta * through;
+  if (!is_black(at.emission)) event.emitted += beta * emitted_along(at, through, length);
+  const Color probability = channel_probability(at, beta);
+  const int channel = channel_of(probability, u.y);
+  const float extinction = at.extinction[channel];
+  if (is_black(probability) || !(extinction > 0.0f)) {
+    beta = Color(0.0f);
+    return passing;
+  }
+  // Distances up to the end only, with the balance heuristic over the channels. expm1 and log1p keep thin media exact.
+  const Color ends = -Color(std::expm1(-at.extinction.x * length), std::expm1(-at.extinction.y * length),
+                            std::expm1(-at.extinction.z * length));
+  const float distance = std::min(-std::log1p(-u.x * ends[channel]) / extinction, length);
+  const Color reaching = transmittance_of(at.extinction, distance);
+  Color density(0.0f);
+  for (int c = 0; c < 3; ++c)
+    if (ends[c] > 0.0f) density[c] = at.extinction[c] * reaching[c] / ends[c];
+  const float pdf = glm::dot(probability, density);
+  beta *= pdf > 0.0f ? at.scattering * reaching / pdf : Color(0.0f);
+  event.t = along.ray.t_min + distance;
+  return passing;
+}
+
+Color Media::split_varying(const MediaRay& along, Pcg32& rng, Color& beta, MediaEvent& event,
+                           MediaCounters& counters) const {
+  Color passing = beta, chosen(0.0f);
+  float sum = 0.0f;
+  const float faint = kFaint * max_component(glm::abs(beta));
+  track(along, rng, counters, [&](const MediumPoint& point, float rate, float place) {
+    // Collision estimator of emission.
+    event.emitted += passing * point.emission / rate;
+    // Each collision may be the one that scatters, in proportion to its contribution [Chao 1982].
+    const Color scatters = passing * point.scattering / rate;
+    const float share = std::abs(scatters.x) + std::abs(scatters.y) + std::abs(scatters.z);
+    if (share > 0.0f) {
+      sum += share;
+      if (rng.next_float() * sum < share) {
+        chosen = scatters / share;
+        event.t = place;
+        event.at = point;
+      }
+    }
+    // Ratio tracking [Novák, Selle and Jarosz 2014].
+    passing *= (Color(rate) - point.extinction) / rate;
+    return outlives(faint, rng, passing);
+  });
+  beta = sum * chosen;
+  return passing;
 }
 
 bool Media::scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng, Color& beta, MediaEvent& event,

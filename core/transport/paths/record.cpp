@@ -44,8 +44,8 @@ bool record_guides(const ShadingPoint& point, const Bsdf& bsdf, SampleAux& aux) 
     aux.guide_throughput *= glm::min(sharp, Color(1.0f));
     return false;
   }
-  aux.guide_albedo = aux.guide_throughput * glm::min(albedo, Color(1.0f));
-  aux.guide_normal = bsdf.n;
+  aux.guide_albedo += aux.guide_throughput * glm::min(albedo, Color(1.0f));
+  aux.guide_normal += aux.guide_share * bsdf.n;
   return true;
 }
 
@@ -140,7 +140,8 @@ SampleAux* record_surface(const Scene& scene, const ShadingPoint& point, const B
   SampleAux& now = *aux;
   const bool seen = point.ray_depth == 0;
   const float alpha = seen ? 1.0f - average(bsdf.transparency()) : 1.0f;
-  const bool before_first = seen && !now.has_first, first = before_first && is_first_hit(scene, alpha, behind);
+  const bool before_first = seen && !now.has_first,
+             first = before_first && now.shows_first && is_first_hit(scene, alpha, behind);
   if (first) record_first_hit(scene, point, bsdf, now);
   SampleExtras* const extras = seen ? now.extras : nullptr;
   if (extras) {
@@ -160,16 +161,37 @@ SampleAux* record_surface(const Scene& scene, const ShadingPoint& point, const B
   return first ? &now : nullptr;
 }
 
+namespace {
+
+/// A throughput as a part of the one before.
+Color part_of(Color throughput, Color before) {
+  Color part(0.0f);
+  for (int c = 0; c < 3; ++c)
+    if (before[c] > 0.0f) part[c] = std::clamp(throughput[c] / before[c], 0.0f, 4.0f);
+  return part;
+}
+
+}  // namespace
+
 void record_medium(Vec3 direction, Color before, Color after, bool scatters, SampleAux* aux) {
   if (!aux || aux->has_guides) return;
-  Color passed(0.0f);  // the albedo of the medium, or the part of the light that passes
-  for (int c = 0; c < 3; ++c)
-    if (before[c] > 0.0f) passed[c] = std::clamp(after[c] / before[c], 0.0f, 4.0f);
-  aux->guide_throughput *= passed;
+  aux->guide_throughput *= part_of(after, before);  // the albedo of the medium, or the part of the light that passes
   if (!scatters) return;
-  aux->guide_albedo = aux->guide_throughput;
-  aux->guide_normal = -direction;
+  aux->guide_albedo += aux->guide_throughput;
+  aux->guide_normal -= aux->guide_share * direction;
   aux->has_guides = true;
+}
+
+void record_split(Vec3 direction, Color before, Color scattered, Color passing, float u, SampleAux* aux) {
+  if (!aux) return;
+  const Color part = part_of(passing, before);
+  const float passes = average(part);
+  if (!(u < passes)) aux->shows_first = false;
+  if (aux->has_guides) return;
+  aux->guide_albedo += aux->guide_throughput * part_of(scattered, before);
+  aux->guide_normal -= aux->guide_share * std::max(0.0f, 1.0f - passes) * direction;
+  aux->guide_throughput *= part;
+  aux->guide_share *= passes;
 }
 
 void record_world(const Scene& scene, Vec3 direction, Color beta, SampleAux& aux) {

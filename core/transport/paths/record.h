@@ -29,6 +29,9 @@ inline SampleAux* record_vertex(const Scene& scene, const ShadingPoint& point, c
 /// Records what the guides of a denoiser need of a medium on a path from the eye. Its light scatters there, or passes;
 /// the throughput was `before` and becomes `after`.
 void record_medium(Vec3 direction, Color before, Color after, bool scatters, SampleAux* aux);
+/// The same for a path that is split: a part of its light scatters, and a part passes. `u` decides whether this sample
+/// shows the surface behind in passes that have no weights.
+void record_split(Vec3 direction, Color before, Color scattered, Color passing, float u, SampleAux* aux);
 
 /// The part of record_background for paths with AOVs.
 void record_world(const Scene& scene, Vec3 direction, Color beta, SampleAux& aux);

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
+#include "film/tile_loop.h"
 #include "integrators/integrator.h"
-#include "integrators/tile_loop.h"
 #include "math/statistics.h"
 #include "render/session.h"
 #include "scene_fixtures.h"

@@ -377,6 +377,18 @@ TEST(Media, light_of_the_sky_and_the_sun_enters_ground_fog) {
   expect_mean(measure(d, 256), Color(3.0f * std::exp(-0.5f) / (4.0f * kPi)), 1, 2e-3);
 }
 
+TEST(Media, a_sky_behind_fog_is_not_left_to_the_chance_that_nothing_scatters) {
+  // Only rays of the camera see the world, so that the fog itself is black. What passes it has no noise.
+  SceneDescription d = through_a_cube(-1);
+  add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(1.0f), 0.4f));
+  d.world.visibility = kVisibleCamera;
+  const Measured measured = measure(d, 1, 4);
+  for (const RunningMoments& channel : measured.channels) {
+    EXPECT_NEAR(channel.mean(), std::exp(-0.8), 1e-5);
+    EXPECT_LT(channel.variance(), 1e-10);
+  }
+}
+
 TEST(Media, both_trackers_have_the_same_mean) {
   std::array<Measured, 2> found;
   for (int k = 0; k < 2; ++k) {
