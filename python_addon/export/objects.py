@@ -267,15 +267,8 @@ def _look(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Obj
     return {"name": owner.name, "visibility": _visibility(context, owner, parent),
             "holdout": (parent or owner).holdout_get(view_layer=context.view_layer), "shadow_catcher": owner.is_shadow_catcher or owner.original == context.catcher,
             "pass_index": owner.pass_index, "color": tuple(owner.color), "importance": _importance(context, owner),
-            "shadow_terminator_offset": _terminator_offset(context, owner), "light_importance": context.light_importance(owner),
+            "shadow_terminator_offset": plain.of(compat.terminator_owner(owner)).shadow_terminator_geometry_offset, "light_importance": context.light_importance(owner),
             "asset": _topmost(owner).name, "light_group": owner.lightgroup, **context.linking.arguments(owner, parent)}
-
-
-def _terminator_offset(context: ExportContext, owner: bpy.types.Object) -> float:
-    """Adaptive subdivision makes triangles that are too small to need an offset."""
-    if owner.type == "MESH" and subdivision.wanted(context, owner) is not None:
-        return 0.0
-    return plain.of(compat.terminator_owner(owner)).shadow_terminator_geometry_offset
 
 
 def _topmost(thing: bpy.types.Object) -> bpy.types.Object:

@@ -145,11 +145,11 @@ Color Bsdf::evaluate_beyond_horizon(Vec3 wo, Vec3 wi) const {
     wi = -wi;
   }
   Color sum(0.0f);
-  const float side = glm::dot(n, wi);
-  if (!(glm::dot(ng, wi) * side < 0.0f)) return sum;
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes()[i];
     if (lobe.delta || is_fiber(lobe.kind)) continue;
+    const float side = glm::dot(lobe.ignores_eye ? bump_base : n, wi);
+    if (!(glm::dot(ng, wi) * side < 0.0f)) continue;
     const LobeValue value = evaluate_lobe(lobe, wo, wi, side > 0.0f, TransportMode::Radiance, flipped);
     if (!(value.pdf_solid_angle > 0.0f)) continue;
     sum += is_bumped(lobe) ? value.f_cos * bump_shadowing(bump_terminator, bump_base, lobe.frame.n, wi) : value.f_cos;

@@ -410,6 +410,10 @@ TEST(ShaderNodes, smooth_normals_that_lean_away_from_the_eye_are_bent_as_in_cycl
         compile(g.graph).evaluate_surface(point, shading);
         const float light = 3.0f * shading.bsdf.evaluate(point.wo, direction(c.sun)).f_cos.x;
         EXPECT_NEAR(light, keeps ? c.kept : c.bent, 2e-4f) << c.normal << " " << c.eye << " " << c.sun;
+        if (!keeps) continue;
+        // Light from below the face, beyond the shadow terminator.
+        const float beyond = 3.0f * shading.bsdf.evaluate_beyond_horizon(point.wo, direction(100.0f)).x;
+        EXPECT_NEAR(beyond, 2.4f * kInvPi * std::cos((100.0f - c.normal) * kPi / 180.0f), 2e-4f) << c.normal;
       }
 }
 
