@@ -220,7 +220,7 @@ TEST_P(PhotonMapping, the_last_diffuse_bounce_is_seen_by_rough_reflection) {
   add_object(d, sphere(), add_material(d, "ShaderNodeBsdfGlossy", Color(0.9f), 0.5f),
              placed(Vec3(0.1f, 0.4f, -0.1f), 0.5f));
   d.settings.bounces = {12, 0, 4, 4, 8, 0};
-  expect_agreement(GetParam(), d, 64, 4096, 8, 0.02, 0.02);
+  expect_agreement(GetParam(), d, 96, 2048, 8, 0.02, 0.02);
 }
 
 TEST_P(PhotonMapping, caustic_of_a_glass_ball_agrees_with_the_path_tracer) {
