@@ -61,7 +61,7 @@ def export_of_volume(context: ExportContext, material: bpy.types.Material | None
 
 def _default(context: ExportContext) -> int:
     """The default material: grey diffuse, and since Blender 5.0 a Principled BSDF with default values."""
-    if not node_graph.keeps_diffuse_normals():
+    if not (compat.default_is_principled() or node_graph.keeps_diffuse_normals()):
         return NO_MATERIAL
     if 0 not in context.materials:
         graph = ajar.NodeGraph()
