@@ -13,6 +13,18 @@ namespace {
 
 float average(Color c) { return (c.x + c.y + c.z) * (1.0f / 3.0f); }
 
+/// The mean of the normals of the lobes, by their weights, so that bumps and normal maps are in it, as in Cycles.
+Vec3 mean_normal(const Bsdf& bsdf) {
+  Vec3 sum(0.0f);
+  for (int i = 0; i < bsdf.lobe_count(); ++i) {
+    const Lobe& lobe = bsdf.lobe(i);
+    if (lobe.kind != LobeKind::Transparent && !is_fiber(lobe.kind))
+      sum += std::abs(average(lobe.weight)) * lobe.frame.n;
+  }
+  const float square = length_squared(sum);
+  return square > 0.0f && square < kInfinity ? sum / std::sqrt(square) : bsdf.n;
+}
+
 void record_first_hit(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, SampleAux& aux) {
   const Camera& camera = scene.camera();
   const MistDescription& mist = scene.settings().mist;
@@ -25,7 +37,7 @@ void record_first_hit(const Scene& scene, const ShadingPoint& point, const Bsdf&
   aux.object_index = float(point.object ? point.object->pass_index : 0);
   aux.material_index = float(scene.material_pass_indices()[size_t(scene.material_index(point))]);
   aux.depth = camera.depth_of(point.position);
-  aux.normal = bsdf.n;
+  aux.normal = mean_normal(bsdf);
   aux.position = point.position;
   aux.albedo = bsdf.albedo();
   if (point.mesh->active_uv >= 0) {
@@ -45,7 +57,7 @@ bool record_guides(const ShadingPoint& point, const Bsdf& bsdf, SampleAux& aux) 
     return false;
   }
   aux.guide_albedo += aux.guide_throughput * glm::min(albedo, Color(1.0f));
-  aux.guide_normal += aux.guide_share * bsdf.n;
+  aux.guide_normal += aux.guide_share * mean_normal(bsdf);
   return true;
 }
 

@@ -45,6 +45,26 @@ TEST_P(GuidesOf, are_those_of_the_surface_in_a_mirror) {
 
 // A slab that absorbs light before one that scatters it, each 1 m thick, before a wall. Where light scatters, the albedo
 // is 1. Fog of the same density is sampled in another way than that whose density is computed.
+TEST(Guides, normals_are_those_of_the_closures) {
+  SceneDescription d;
+  GraphBuilder g;
+  const int tilt = g.node("ShaderNodeCombineXYZ", {value_input("X", 0.5f), value_input("Z", 1.0f)});
+  g.graph.surface = {g.node("ShaderNodeBsdfDiffuse", {linked_input("Normal", tilt, "Vector")}), "BSDF"};
+  add_object(d, plane(3.0f), add_material(d, g));
+  set_world(d, Color(1.0f));
+  set_camera(d, Vec3(0, -0.001f, 2), Vec3(0), 4, 0.1f);
+  const std::atomic<bool> stop{false};
+  const auto integrator = make_integrator("path");
+  integrator->prepare(build(d), 1);
+  Film film(0, 0, 4, 4, {"Combined", "Normal", "Denoising Normal"});
+  integrator->run_iteration(film, 4, stop);
+  const Vec3 expected = glm::normalize(Vec3(0.5f, 0.0f, 1.0f));
+  for (const char* pass : {"Normal", "Denoising Normal"}) {
+    const auto normal = film.resolve(pass, 1.0f);
+    for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(normal[c], expected[int(c)], 1e-4f) << pass;
+  }
+}
+
 TEST(Guides, are_those_of_fog_and_of_what_is_seen_through_it) {
   for (const bool varies : {false, true}) {
     SceneDescription d = grey_room();
