@@ -52,7 +52,7 @@ auto PathWalk<DirectLight, Guide, Medium, Parts>::pass_media() -> Step {
     if (is_first) first_.part = PathPasses::Part::VolumeDirect;
   if (!is_black(direct)) note_light(sampled.light);
   if (!is_black(direct)) add(direct, point.ray_depth + 1);
-  medium_.chosen_for = scattered ? sampled.chosen_for : medium_.chosen_for;
+  if (scattered) medium_.chosen_for = sampled.chosen_for;
   if (splits) {
     if (scattered) follow_scattered(at, phase, place);
     beta_ = passing;

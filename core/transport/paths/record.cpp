@@ -13,6 +13,14 @@ namespace {
 
 float average(Color c) { return (c.x + c.y + c.z) * (1.0f / 3.0f); }
 
+/// A throughput as a part of the one before.
+Color part_of(Color throughput, Color before) {
+  Color part(0.0f);
+  for (int c = 0; c < 3; ++c)
+    if (before[c] > 0.0f) part[c] = std::clamp(throughput[c] / before[c], 0.0f, 4.0f);
+  return part;
+}
+
 /// The mean of the normals of the lobes, by their weights, so that bumps and normal maps are in it, as in Cycles.
 Vec3 mean_normal(const Bsdf& bsdf) {
   Vec3 sum(0.0f);
@@ -172,18 +180,6 @@ SampleAux* record_surface(const Scene& scene, const ShadingPoint& point, const B
   if (now.has_guides && !(seen && (now.extras || !now.has_first))) aux = nullptr;
   return first ? &now : nullptr;
 }
-
-namespace {
-
-/// A throughput as a part of the one before.
-Color part_of(Color throughput, Color before) {
-  Color part(0.0f);
-  for (int c = 0; c < 3; ++c)
-    if (before[c] > 0.0f) part[c] = std::clamp(throughput[c] / before[c], 0.0f, 4.0f);
-  return part;
-}
-
-}  // namespace
 
 void record_medium(Vec3 direction, Color before, Color after, bool scatters, SampleAux* aux) {
   if (!aux || aux->has_guides) return;
