@@ -240,11 +240,10 @@ bool sample(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, bool flipped, Lob
     sample.wi = Chiang(fiber, lobe.frame.s, lobe.frame.n, wo).sample(u_branch, u, reflected);
     sample.flags = kGlossy | (reflected ? kReflection : kTransmission);
   } else if (lobe.kind == LobeKind::HairHuang) {
-    bool reflected;
     const float turn = flipped ? -1.0f : 1.0f;
-    if (!Huang(lobe, turn * wo).sample(u_branch, u, sample.wi, reflected)) return false;
+    if (!Huang(lobe, turn * wo).sample(u_branch, u, sample.wi)) return false;
     sample.wi *= turn;
-    sample.flags = kGlossy | (reflected ? kReflection : kTransmission);
+    sample.flags = kGlossy | kReflection;
   } else {
     sample.wi = Part(lobe, flipped, wo).sample(u);
     sample.flags = kGlossy | (lobe.kind == LobeKind::HairReflection ? kReflection : kTransmission);
@@ -262,12 +261,7 @@ Color albedo(const Lobe& lobe, float cos_wo) {
 }
 
 float reflected_share(const Lobe& lobe, Vec3 wo, Vec3 wi, bool flipped) {
-  if (lobe.kind == LobeKind::HairHuang) {
-    const float turn = flipped ? -1.0f : 1.0f;
-    const Huang::Value value = Huang(lobe, turn * wo).evaluate(turn * wi);
-    return value.pdf > 0.0f ? value.pdf_reflected / value.pdf : 1.0f;
-  }
-  if (lobe.kind != LobeKind::HairChiang) return lobe.kind == LobeKind::HairReflection ? 1.0f : 0.0f;
+  if (lobe.kind != LobeKind::HairChiang) return lobe.kind == LobeKind::HairTransmission ? 0.0f : 1.0f;
   const Chiang::Value value = Chiang(fiber_of(lobe, flipped), lobe.frame.s, lobe.frame.n, wo).evaluate(wi);
   return value.pdf > 0.0f ? value.pdf_reflected / value.pdf : 1.0f;
 }

@@ -49,7 +49,8 @@ LobeValue evaluate(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode mode, bool 
 bool sample(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, bool flipped, LobeSample& sample);
 /// Estimate of the albedo for this cosine of the eye to the normal, without the lobe's weight.
 Color albedo(const Lobe& lobe, float cos_wo);
-/// The part of R in the density of scattering from wo to wi. The rest counts as transmission.
+/// The part of the density of scattering from wo to wi that counts as reflection; the rest counts as transmission. As in
+/// Cycles, only R of the model of Chiang et al. is reflection, and all light of the model of Huang et al.
 float reflected_share(const Lobe& lobe, Vec3 wo, Vec3 wi, bool flipped);
 
 }  // namespace ajar::hair

@@ -257,7 +257,7 @@ Huang::Value Huang::evaluate(Vec3 light) const {
     if (cos_facet > 0.0f && cos_normal > 0.0f) {
       const float masking = 2.0f / (cosine_ + std::sqrt(sqr(cosine_) + sqr(alpha_) * (1.0f - sqr(cosine_))));
       const float density = 0.25f * facets(cos_normal) * masking;
-      sum.pdf_reflected = sum.pdf = share_reflected_ * density;
+      sum.pdf = share_reflected_ * density;
       sum.value = Color(lobe_.transmission_tint.x * fresnel::dielectric(std::min(cos_facet, 1.0f), eta_) *
                         compensation_ * masking_ratio(cosine_, glm::dot(normal_, light)) * density);
     }
@@ -278,7 +278,7 @@ Huang::Value Huang::evaluate(Vec3 light) const {
   return sum;
 }
 
-bool Huang::sample(float u_branch, Vec2 u, Vec3& light, bool& reflected) const {
+bool Huang::sample(float u_branch, Vec2 u, Vec3& light) const {
   if (!(cosine_ > 0.0f)) return false;
   const auto takes = [&](float share) {
     if (u_branch < share) {
@@ -289,8 +289,7 @@ bool Huang::sample(float u_branch, Vec2 u, Vec3& light, bool& reflected) const {
     return false;
   };
   const auto to_world = [&](Vec3 w) { return glm::normalize(w.x * x_ + w.y * y_ + w.z * z_); };
-  reflected = takes(share_reflected_);
-  if (reflected) {
+  if (takes(share_reflected_)) {
     const Vec3 facet = sample_facet(eye_, normal_, u), out = 2.0f * glm::dot(eye_, facet) * facet - eye_;
     light = to_world(out);
     return glm::dot(flat_, out) > 0.0f;

@@ -105,11 +105,11 @@ class Huang {
 
   struct Value {
     Color value{0.0f};
-    float pdf = 0.0f, pdf_reflected = 0.0f;
+    float pdf = 0.0f;
   };
   Value evaluate(Vec3 light) const;
   /// Returns false if there is no direction for these random numbers.
-  bool sample(float u_branch, Vec2 u, Vec3& light, bool& reflected) const;
+  bool sample(float u_branch, Vec2 u, Vec3& light) const;
 
  private:
   static constexpr int kNodes = 4;

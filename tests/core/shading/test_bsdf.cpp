@@ -518,6 +518,34 @@ TEST(Bsdf, white_hair_of_rough_facets_scatters_all_light_that_arrives) {
       }
 }
 
+TEST(Bsdf, all_light_of_rough_facets_of_hair_counts_as_reflection) {
+  // So the limit of glossy bounces ends paths in hair of this model, as in Cycles; in the other model, R alone counts.
+  const Vec3 ng(0, 0, 1), tangent(1, 0, 0), eye = direction(0.8f, 0.4f);
+  Bsdf rough, smooth;
+  for (Bsdf* bsdf : {&rough, &smooth}) bsdf->start(ng, ng);
+  rough.add(hair::huang_lobe(Color(1.0f), ng, tangent, {.absorption = Color(0.1f), .alpha = 0.3f}));
+  smooth.add(hair::chiang_lobe(Color(1.0f), ng, tangent, {.absorption = Color(0.1f)}));
+  int transmitted = 0;
+  Pcg32 rng(8);
+  for (Bsdf* bsdf : {&rough, &smooth}) {
+    bsdf->prepare(eye);
+    for (int i = 0; i < 200; ++i) {
+      const float u_lobe = rng.next_float(), ux = rng.next_float();
+      const auto sample = bsdf->sample(eye, u_lobe, {ux, rng.next_float()});
+      if (!sample) continue;
+      const Bsdf::KindShares shares = bsdf->kind_shares(eye, sample->wi, false);
+      EXPECT_NEAR(shares.glossy + shares.transmission, 1.0f, 1e-5f);
+      if (bsdf == &rough) {
+        EXPECT_EQ(sample->flags & (kReflection | kTransmission), uint32_t(kReflection));
+        EXPECT_EQ(shares.transmission, 0.0f);
+      } else {
+        transmitted += (sample->flags & kTransmission) != 0;
+      }
+    }
+  }
+  EXPECT_GT(transmitted, 100);
+}
+
 TEST(Bsdf, full_storage_drops_the_weakest_lobe_and_counts_it) {
   Bsdf bsdf;
   Lobe lobe;
