@@ -3,7 +3,7 @@
 
     benchmarks/clean_picture.py [NAME ...] [--height 1080] [--limit 300] [--reference-seconds 1200] [--write PAGE]
 
-NAME: a scene of test_scenes or a file of ../shared/scenes; without any, all of them. Each render is a process with the bpy wheel of a newer Blender. It
+NAME: a scene of test_scenes, a file of ../shared/scenes or the path of another .blend file; without any, all of the first two. Each render is a process with the bpy wheel of a newer Blender. It
 starts, reads the file, exports, builds, renders with adaptive sampling, denoises and saves (clean_render.py). The settings are those of the file; the time limit
 is doubled until the picture is clean or more than LIMIT seconds. Clean: the mean of the perceptual difference FLIP [Andersson et al. 2020] of the sRGB
 pictures is at most CLEAN. The time is interpolated between two renders (log-log). Engines that are not clean are compared at the smallest FLIP that both reached.
@@ -190,7 +190,9 @@ def main() -> int:
     parser.add_argument("--zip", type=Path, help="the extension; without it, that in out/")
     parser.add_argument("--write", type=Path, default=PROJECT / "docs" / "benchmarks" / "clean_picture.md", help="the page")
     options = parser.parse_args()
-    known = files()
+    others = {Path(name).stem: Path(name).resolve() for name in options.names if name.endswith(".blend")}
+    known = files() | others
+    options.names = [Path(name).stem if name.endswith(".blend") else name for name in options.names]
     for name in options.names:
         if name not in known:
             parser.error(f"no file '{name}'; there are {', '.join(known)}")

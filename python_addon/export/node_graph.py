@@ -431,7 +431,8 @@ def _distance_of_world(context: ExportContext, _node: bpy.types.Node) -> list[tu
 def _attribute(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
     """Attributes of instancers are handled by named_values.asked_of_instancers."""
     if node.attribute_type == "GEOMETRY":
-        context.attribute_names.add(node.attribute_name)
+        context.attribute_names.add({"pointiness": ajar.POINTINESS, "random_per_island": ajar.RANDOM_PER_ISLAND}.get(node.attribute_name, node.attribute_name))
+        context.uses_generated |= node.attribute_name == "generated"
     elif node.attribute_type == "OBJECT":
         context.object_properties.add(node.attribute_name)
     elif node.attribute_type == "VIEW_LAYER":

@@ -88,6 +88,42 @@ bool uv_map(ProgramBuilder& b, int node, std::string_view output, Value& value) 
   return output == "UV";
 }
 
+/// Attributes that Cycles makes itself, as vectors. They hide those of the geometry with the same name.
+bool made_attribute(ProgramBuilder& b, std::string_view name, Value& value) {
+  const auto number = [&](Value found) { value = b.convert(found, Vector); };
+  if (name == "generated")
+    value = b.coordinates(Op::Generated);
+  else if (name == "uv")
+    value = b.coordinates(Op::ActiveUv);
+  else if (name == "pointiness")
+    number(b.part(b.emit(Op::NamedAttribute, Color, {}, 1, b.add_name(kPointiness)), 0));
+  else if (name == "random_per_island")
+    number(b.part(b.emit(Op::NamedAttribute, Color, {}, 1, b.add_name(kRandomPerIsland)), 0));
+  else if (name == "curve_intercept")
+    number(b.emit(Op::HairInfo, Float, {}, int(HairOutput::Intercept)));
+  else if (name == "curve_length")
+    number(b.emit(Op::HairInfo, Float, {}, int(HairOutput::Length)));
+  else if (name == "curve_random")
+    number(b.emit(Op::HairInfo, Float, {}, int(HairOutput::Random)));
+  else if (name == "point_random")
+    number(b.part(b.emit(Op::PointInfo, Vector, {}, int(PointOutput::Random)), 0));
+  else
+    return false;
+  return true;
+}
+
+/// An attribute of the geometry. As in Cycles, surfaces, hair and points have none with the name of a grid.
+Value named_attribute(ProgramBuilder& b, int node, const std::string& name, int alpha) {
+  static constexpr std::string_view kGrids[] = {"density",  "color",      "flame",      "heat",      "temperature",
+                                                "velocity", "velocity_x", "velocity_y", "velocity_z"};
+  const bool of_volumes = std::ranges::find(kGrids, name) != std::end(kGrids);
+  if (of_volumes && !b.context().has_grid(name))
+    b.report(node,
+             "'" + name + "' is the name of a grid of volumes, so other objects have no such attribute, as in Cycles");
+  return b.emit(Op::NamedAttribute, Color, {}, alpha | (of_volumes ? kOfVolumesAlone : 0),
+                b.add_name(name == "vertex_color" ? "" : name));
+}
+
 bool attribute_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   enum { Geometry, Object, Instancer, ViewLayer };
   const int type = b.choice(node, "attribute_type", {"GEOMETRY", "OBJECT", "INSTANCER", "VIEW_LAYER"});
@@ -98,24 +134,29 @@ bool attribute_node(ProgramBuilder& b, int node, std::string_view output, Value&
     if (output == "Fac") value = b.convert(value, Float);
     return output == "Color" || output == "Vector" || output == "Fac" || output == "Alpha";
   }
-  const uint32_t name = b.add_name(b.text(node, "attribute_name"));
-  const Value whole = type == Geometry ? b.emit(Op::NamedAttribute, Color, {}, 1, name)
-                                       : b.emit(Op::ObjectProperty, Color, {}, type == Instancer, name);
+  const std::string name(b.text(node, "attribute_name"));
+  Value whole, made;
+  const bool is_made = type == Geometry && made_attribute(b, name, made);
+  if (is_made)
+    whole = made;
+  else
+    whole = type == Geometry ? named_attribute(b, node, name, 1)
+                             : b.emit(Op::ObjectProperty, Color, {}, type == Instancer, b.add_name(name));
   if (output == "Color")
-    value = whole;
+    value = {Color, whole.at};
   else if (output == "Vector")
     value = {Vector, whole.at};
   else if (output == "Fac")
     value = b.convert({Vector, whole.at}, Float);
   else if (output == "Alpha")
-    value = b.part(whole, 3);
+    value = is_made ? b.constant(1.0f) : b.part(whole, 3);
   else
     return false;
   return true;
 }
 
 bool vertex_color(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  const Value whole = b.emit(Op::NamedAttribute, Color, {}, 0, b.add_name(b.text(node, "layer_name")));
+  const Value whole = named_attribute(b, node, std::string(b.text(node, "layer_name")), 0);
   value = output == "Alpha" ? b.part(whole, 3) : whole;
   return output == "Color" || output == "Alpha";
 }

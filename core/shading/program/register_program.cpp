@@ -302,7 +302,9 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::NamedAttribute: {
         bool found;
         const Vec4 value = nodes::attribute(point, tables.names[i->data], &found);
-        store4(found ? value : i->variant == 2 ? Vec4(1.0f) : Vec4(0.0f, 0.0f, 0.0f, i->variant));
+        const int missing = i->variant & ~kOfVolumesAlone;
+        if (i->variant != missing && point.primitive != kInsideVolume) found = false;
+        store4(found ? value : missing == 2 ? Vec4(1.0f) : Vec4(0.0f, 0.0f, 0.0f, missing));
         break;
       }
       case Op::ObjectLocation: store3(point.instance ? Vec3(point.instance->world_from_object[3]) : Vec3(0.0f)); break;

@@ -95,6 +95,9 @@ struct Instruction {
   uint32_t data = 0;
 };
 
+/// Added to the variant of NamedAttribute: a surface has no attribute of this name.
+inline constexpr int kOfVolumesAlone = 4;
+
 /// All data to which instructions refer.
 struct ProgramTables {
   std::vector<float> constants;

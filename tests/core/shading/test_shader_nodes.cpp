@@ -544,6 +544,39 @@ TEST(ShaderNodes, camera_and_window_coordinates_follow_the_camera) {
   expect_near(read(s, "ShaderNodeCameraData", "View Distance", {}, {}, context), Color(std::sqrt(17.0f)), 5e-5f);
 }
 
+TEST(ShaderNodes, names_that_cycles_gives_to_attributes_of_its_own_hide_those_of_the_geometry) {
+  Surface s;
+  const std::set<std::string> grids{"heat", "density", "color", "velocity"};  // without them there is a message
+  ShaderContext context;
+  context.grids = &grids;
+  const auto read_attribute = [&](const char* name, const char* output) {
+    return read(s, "ShaderNodeAttribute", output, {}, {text_property("attribute_name", name)}, context);
+  };
+  for (const char* name : {"heat", "density", "color", "velocity", "generated", "uv", "pointiness", "Heat"})
+    s.mesh.attributes.push_back({name, Domain::Face, 1, {0.375f}});
+  s.mesh.attributes.push_back({kPointiness, Domain::Vertex, 1, {0, 1, 2}});
+  for (const char* name : {"heat", "density", "color", "velocity"}) {  // the grids of volumes
+    for (const char* output : {"Fac", "Color", "Vector"}) expect_near(read_attribute(name, output), Color(0.0f), 5e-5f);
+    expect_near(read_attribute(name, "Alpha"), Color(1.0f), 5e-5f);
+    expect_near(read(s, "ShaderNodeVertexColor", "Color", {}, {text_property("layer_name", name)}, context),
+                Color(0.0f), 5e-5f);
+  }
+  expect_near(read_attribute("Heat", "Fac"), Color(0.375f), 5e-5f);
+  expect_near(read_attribute("generated", "Vector"), Color(0.25f, 0.5f, 0.5f), 5e-5f);
+  expect_near(read_attribute("uv", "Color"), Color(0.25f, 0.5f, 0.0f), 5e-5f);
+  expect_near(read_attribute("uv", "Alpha"), Color(1.0f), 5e-5f);
+  expect_near(read_attribute("pointiness", "Fac"), Color(1.25f), 5e-5f);
+  expect_near(read_attribute("vertex_color", "Color"), Color(0.25f, 0.25f, 0.5f), 5e-5f);
+  for (const char* name : {"curve_intercept", "curve_length", "curve_random"})
+    expect_near(read_attribute(name, "Fac"), Color(0.0f), 5e-5f);  // this is no strand
+  GraphBuilder g;
+  g.emit(g.node("ShaderNodeAttribute", {}, {text_property("attribute_name", "heat")}), "Color");
+  Diagnostics diagnostics;
+  compile(g.graph, &diagnostics, nullptr, {});
+  ASSERT_EQ(diagnostics.size(), 1u);
+  EXPECT_NE(diagnostics[0].message.find("'heat' is the name of a grid of volumes"), std::string::npos);
+}
+
 TEST(ShaderNodes, attributes_and_data_of_geometry_and_object_reach_the_graph) {
   Surface s;
   const auto name = [](const char* n) { return text_property("attribute_name", n); };
