@@ -448,6 +448,7 @@ class IrradianceCache final : public Integrator {
         after = read_cache(walk, sampler, base + kLookup, sample, counter, beta, radiance).value_or(after);
       if (!sample) break;
       if (sample->flags & kTransparent) {
+        previous.past_ray_kinds |= scene.depends_on_ray_kind(walk.hit);
         if (!pass_through(walk, media, *sample, to_lights, beta)) break;
         continue;
       }

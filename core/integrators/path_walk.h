@@ -279,7 +279,7 @@ class PathWalk {
         medium_.media.cross(walk_.hit, !point.backfacing, medium_.stack, medium_.counters);
     // Straight on: MIS still uses the light sample of the vertex before.
     if (sample->flags & kTransparent) {
-      if constexpr (kGuided) weigh_without_guide();
+      if (scene_.depends_on_ray_kind(walk_.hit)) pass_ray_kinds();
       return has_portal() ? pass_portal(*sample) : walk_.pass_through();
     }
     if (at_bounce_limit_) return false;
@@ -347,12 +347,15 @@ class PathWalk {
 
   // ---- Guiding -------------------------------------------------------------------------------
 
-  /// The ray passes the surface. If the surface depends on the kind of the ray, light that is found from here on has the
-  /// weight that it has without the guide (DirectLightContext::evaluate).
-  void weigh_without_guide() {
-    if (unguided_pdf_ || !scene_.depends_on_ray_kind(walk_.hit)) return;
-    unguided_pdf_ = true;
-    previous_.bsdf_pdf *= guided_.last_ratio;
+  /// The ray passes a surface that depends on the kind of the ray. Light that is found from here on has the weight that
+  /// it has without the guide (DirectLightContext::evaluate).
+  void pass_ray_kinds() {
+    previous_.past_ray_kinds = true;
+    if constexpr (kGuided) {
+      if (unguided_pdf_) return;
+      unguided_pdf_ = true;
+      previous_.bsdf_pdf *= guided_.last_ratio;
+    }
   }
 
   const GuidedBsdf* guided_bsdf() const {

@@ -48,10 +48,11 @@ Color Scene::transmittance(const Ray& shadow_ray, int max_transparent, bool* by_
   Color through(1.0f);
   Ray ray = shadow_ray;
   ShadingPoint point;
-  for (int crossed = 0;; ++crossed) {
+  for (int crossed = 0;;) {
     const Hit hit = intersect(ray, kind);
     if (!hit.found()) return through;
-    if (!shadow_rays_pass(hit) || crossed >= max_transparent) return Color(0.0f);
+    const bool hidden = hidden_from_shadow_rays(hit);
+    if (!shadow_rays_pass(hit) || (!hidden && crossed++ >= max_transparent)) return Color(0.0f);
     if (by_ray_kind) *by_ray_kind |= depends_on_ray_kind(hit);
     shading_point(ray, hit, point);
     point.ray_kind = kRayShadow;

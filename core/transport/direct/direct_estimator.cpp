@@ -18,7 +18,8 @@ Color DirectEstimator::weight_sample(const DirectLightContext& c, const LightSet
   if (!sample.delta && light.mis && heuristic_ != Heuristic::LightsOnly)
     weight *= heuristic_ == Heuristic::Balance
                   ? pdf / (pdf + scattered.pdf_solid_angle)
-                  : power_heuristic(counted_light_pdf(pdf, sample.distance), scattered.pdf_solid_angle);
+                  : power_heuristic(weights_define_light(scene_) ? pdf : counted_light_pdf(pdf, sample.distance),
+                                    scattered.pdf_solid_angle);
   Color contribution = scattered.f_cos * sample.radiance * weight;
   if (light.cast_shadow) {
     ++rays;
@@ -35,8 +36,10 @@ float DirectEstimator::weight_of_hit(const Scene& scene, const DirectVertex& v, 
   const float light_pdf = mixture_.choice_pmf(v.cell, v.position, v.normal, light) *
                           scene.lights().pdf_li(light, v.position, wi, distance, normal, v.time);
   if (heuristic_ == Heuristic::LightsOnly) return light_pdf > 0.0f ? 0.0f : 1.0f;
-  return heuristic_ == Heuristic::Balance ? v.bsdf_pdf / (v.bsdf_pdf + light_pdf)
-                                          : power_heuristic(v.bsdf_pdf, counted_light_pdf(light_pdf, distance));
+  return heuristic_ == Heuristic::Balance
+             ? v.bsdf_pdf / (v.bsdf_pdf + light_pdf)
+             : power_heuristic(v.bsdf_pdf,
+                               weights_define_light(scene) ? light_pdf : counted_light_pdf(light_pdf, distance));
 }
 
 Color DirectEstimator::mean_of_draws(const DirectLightContext& c, const LightMixture::Kernel& k, Sampler& sampler,

@@ -61,8 +61,15 @@ struct DirectVertex {
   bool complete = false;  ///< the estimate at the vertex includes all light, so its BSDF sample contributes none
   uint32_t cell = ~0u;    ///< cell of the learned shares
   uint32_t receiver_set = kEveryLight;
-  float time = 0.0f;  ///< of the path
+  float time = 0.0f;            ///< of the path
+  bool past_ray_kinds = false;  ///< the ray has passed a surface that depends on the kind of the ray
 };
+
+/// Whether only light samples or only BSDF samples find some of the light, so that their weights define how much of it
+/// is seen: that of Cycles.
+inline bool weights_define_light(const Scene& scene) {
+  return scene.depends_on_ray_kind() || scene.lights().any_limited();
+}
 
 /// The data of a vertex that weigh the light that its sample hits.
 inline DirectVertex vertex_of(DirectVertex here, const ShadingPoint& point, const Bsdf& bsdf,
@@ -94,7 +101,7 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
   const auto sample = lights.sample_li(choice.light, c.point.position, u, c.point.time);
   if (!sample || is_black(sample->radiance)) return Color(0.0f);
   if (c.sampled) *c.sampled = {sample->wi, choice.light};
-  const bool asks = kPart == SampledPart::ByRayKind || (c.guide && c.scene.depends_on_ray_kind());
+  const bool asks = kPart == SampledPart::ByRayKind || c.scene.depends_on_ray_kind();
   bool by_ray_kind = false;
   constexpr bool kOnlyBeyond = kPart == SampledPart::BeyondTerminator, kByKind = kPart == SampledPart::ByRayKind;
   if (kOnlyBeyond && !grazes_terminator(c.point, sample->wi)) return Color(0.0f);
@@ -121,9 +128,12 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
       // The BSDF sample can find the light too: power heuristic [Veach 1997, eq. 9.13].
       if (c.guide && by_ray_kind) [[unlikely]]
         scattered.pdf_solid_angle = c.bsdf.evaluate(c.point.wo, sample->wi).pdf_solid_angle;
-      if (!sample->delta && light.mis && !light.partial())
-        contribution *= power_heuristic(counted_light_pdf(choice.pmf * sample->pdf_solid_angle, sample->distance),
-                                        scattered.pdf_solid_angle);
+      if (!sample->delta && light.mis && !light.partial()) {
+        const float pdf = choice.pmf * sample->pdf_solid_angle;
+        contribution *= power_heuristic(
+            by_ray_kind || lights.any_limited() ? pdf : counted_light_pdf(pdf, sample->distance),
+            scattered.pdf_solid_angle);
+      }
       return contribution;
     }
   }
@@ -166,7 +176,8 @@ class MisDirectLight {
     const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
     const float light_pdf = lights.choice_pmf(v.position, v.normal, light, v.receiver_set) *
                             lights.pdf_li(light, v.position, wi, distance, normal, v.time);
-    return power_heuristic(v.bsdf_pdf, counted_light_pdf(light_pdf, distance));
+    return power_heuristic(
+        v.bsdf_pdf, v.past_ray_kinds || lights.any_limited() ? light_pdf : counted_light_pdf(light_pdf, distance));
   }
 };
 

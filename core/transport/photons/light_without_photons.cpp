@@ -115,6 +115,7 @@ Color PhotonGatherer::follow_without_photons(EyeWalk& walk, EyeMedia& media, Dir
     if (sample->flags & kTransparent) {
       media.leave(walk, walk.ray.direction);
       past_ray_kinds |= scene_.depends_on_ray_kind(walk.hit);
+      origin.past_ray_kinds = past_ray_kinds;
       if (!walk.pass_through()) break;
       continue;
     }

@@ -133,6 +133,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     if (!(max_component(beta) > 0.0f)) break;
     if (sample->flags & kTransparent) {
       if (!pass_through(media, walk)) break;
+      origin.past_ray_kinds |= scene_.depends_on_ray_kind(walk.hit);
       continue;
     }
     if (at_bounce_limit) break;
@@ -352,7 +353,8 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     beta *= sample->f_cos / sample->pdf_solid_angle;
     if (sample->flags & kTransparent) {
       if (!(max_component(beta) > 0.0f) || !pass_through(media, walk)) break;
-      straight = straight || scene_.depends_on_ray_kind(walk.hit);
+      origin.past_ray_kinds |= scene_.depends_on_ray_kind(walk.hit);
+      straight = straight || origin.past_ray_kinds;
       continue;
     }
     straight = finds_all;
