@@ -169,8 +169,15 @@ LightWalkGuide::Start EmissionMap::sample(const LightSet& lights, float u_choice
                                          u * source.power_sums.back());
     start.light += uint32_t(std::min(chosen, source.power_sums.end() - 1) - source.power_sums.begin());
   }
-  sample_place(lights.light(start.light), u_position, start.position, start.normal);
+  const Light light = lights.light(start.light);
+  sample_place(light, u_position, start.position, start.normal);
   start.direction = warp::square_to_sphere(source.directions.sample(u_direction));
+  if (is_sphere(light.type)) {
+    // A place on the other side of the sphere becomes its mirror image on the side to which the direction points.
+    const float cosine = glm::dot(start.normal, start.direction);
+    if (cosine < 0.0f) start.normal -= 2.0f * cosine * start.direction;
+    start.position = light.position + (light.soft ? -light.radius : light.radius) * start.normal;
+  }
   return start;
 }
 
@@ -217,7 +224,9 @@ EmissionMap::Densities EmissionMap::densities(const LightSet& lights, uint32_t l
     d.joint = d.origin * double(place_pdf(*source, position, direction));
   } else {
     d.origin = source->probability / source->power * double(origin_without);
-    d.joint = d.origin *
+    // On a sphere, all places are on the side to which the direction points.
+    const double denser = is_sphere(lights.flags(light).type) ? 2.0 : 1.0;
+    d.joint = d.origin * denser *
               double(source->directions.density(sphere_to_square(direction)) * warp::sphere_pdf_solid_angle());
   }
   return d;

@@ -5,7 +5,8 @@
 // where q is learned: the source (a lamp, an emissive instance, or the world) in proportion to the light that it has
 // brought, and its direction or place in proportion to theirs, by quadtrees [after Vorba et al. 2014, section 5, and
 // Grittmann et al. 2018].
-//   Lights with a place: the direction is learned, on the sphere; the place is sampled as without a guide.
+//   Lights with a place: the direction is learned, on the sphere; the place is sampled as without a guide, on spheres
+//   among those that the direction leaves.
 //   Suns: the place of the ray is learned, on a plane across the mean direction of the sun.
 //   The world: the direction by a grid of cells, half of it as without a guide, and the place for each cell. Each start
 //   gives a part of its value to other cells, with the surface that it met: light of any direction passes a window.

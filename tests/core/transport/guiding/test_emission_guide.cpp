@@ -35,6 +35,13 @@ LightDescription sun(float angle) {
   return light;
 }
 
+/// A lamp of Blender 4, whose places face the direction of the ray.
+LightDescription soft_ball() {
+  LightDescription light = lamp_of(LightKind::Point, 0.1f);
+  light.soft_falloff = true;
+  return light;
+}
+
 constexpr float kSunAngle = 0.1f;
 
 std::vector<Lit> lights() {
@@ -45,6 +52,7 @@ std::vector<Lit> lights() {
       {"area", LightType::Rectangle, 0.04, add_lamp(lamp_of(LightKind::Area, 0.0f))},
       {"point", LightType::Point, 1.0, add_lamp(lamp_of(LightKind::Point, 0.0f))},
       {"sphere", LightType::Sphere, 2.0 * M_PI * 0.01, add_lamp(lamp_of(LightKind::Point, 0.1f))},
+      {"soft sphere", LightType::Sphere, 2.0 * M_PI * 0.01, add_lamp(soft_ball())},
       {"parallel sun", LightType::DistantDelta, 1.0, add_lamp(sun(0.0f))},
       {"sun", LightType::DistantDisk, 2.0 * M_PI * (1.0 - std::cos(0.5 * double(kSunAngle))), add_lamp(sun(kSunAngle))},
       {"mesh", LightType::Triangle, 0.16,
