@@ -67,7 +67,7 @@ constexpr Setting<RenderSettings> kRenderSettings[] = {
     {.name = "clamp_direct",
      .field = in_settings<&S::clamp_direct>,
      .text = "The maximum of the mean of R, G and B of a contribution that was scattered at most once. 0 is no limit. "
-             "Clamping is a bias. Only path tracing follows it.",
+             "Clamping is a bias. Only path tracing follows it, and `auto` never.",
      .unit = "radiance",
      .range = kNotNegative,
      .property = {"Clamp Direct",
@@ -75,7 +75,7 @@ constexpr Setting<RenderSettings> kRenderSettings[] = {
     {.name = "clamp_indirect",
      .field = in_settings<&S::clamp_indirect>,
      .text = "The maximum of the mean of R, G and B of a contribution that was scattered more than once. 0 is no "
-             "limit. Clamping is a bias. Only path tracing follows it.",
+             "limit. Clamping is a bias. Only path tracing follows it, and `auto` never.",
      .unit = "radiance",
      .range = kNotNegative,
      .property = {"Clamp Indirect",

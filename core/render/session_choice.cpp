@@ -43,6 +43,14 @@ void SessionWorker::use_path_tracing_where_others_fail(Job& job) {
   settings.integrator = "path";
 }
 
+/// The image of `auto` must not depend on the technique that it chooses. Path tracing alone can clamp, so `auto` does not.
+void SessionWorker::ignore_clamping_of_auto(Job& job) {
+  RenderSettings& settings = job.description ? job.description->settings : job.settings;
+  ignores_clamping_ = find_integrator(settings.integrator).automatic &&
+                      (settings.clamp_direct > 0.0f || settings.clamp_indirect > 0.0f);
+  if (ignores_clamping_) settings.clamp_direct = settings.clamp_indirect = 0.0f;
+}
+
 /// Chooses the technique for the scene by a pilot, which the plan then lists.
 std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camera) {
   std::shared_ptr<Scene> scene;

@@ -161,6 +161,7 @@ void SessionWorker::work() {
 void SessionWorker::run(Job job) {
   const auto start = Clock::now();
   use_path_tracing_where_others_fail(job);
+  ignore_clamping_of_auto(job);
   // Invalid settings are refused before anything is built.
   const RenderSettings asked = job.description ? job.description->settings : job.settings;
   auto chosen = make_integrator(asked.integrator);
@@ -304,6 +305,9 @@ void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_poin
   steps = std::move(plan.steps);
   steps.insert(steps.begin(), state->technique_steps.begin(), state->technique_steps.end());
   steps.insert(steps.end(), learned_steps.begin(), learned_steps.end());
+  if (ignores_clamping_)
+    steps.push_back({"clamping", false,
+                     "only path tracing can clamp, and the image must not depend on the technique that is chosen", ""});
   steps.push_back({"image sampling", adapts,
                    adapts                            ? "the number of samples of each pixel depends on its noise"
                    : s.image == ImageSampling::PmcIp ? "this integrator cannot give pixels different numbers of samples"

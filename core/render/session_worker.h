@@ -39,6 +39,7 @@ class SessionWorker {
   void run(Job job);
   void build(Job& job);
   void use_path_tracing_where_others_fail(Job& job);
+  void ignore_clamping_of_auto(Job& job);
   std::unique_ptr<Integrator> choose(const CameraDescription& camera);
   std::unique_ptr<Mixture> make_mixture(const std::shared_ptr<const Scene>& scene, Mixture::Part first, uint32_t seed);
   void share_work(Mixture& mixture);
@@ -70,6 +71,7 @@ class SessionWorker {
   std::atomic<bool> stop_building_{false};
   std::string replaced_integrator_;    // label of the integrator that path tracing replaces; empty: none
   std::string replaced_because_;       // what it does not render
+  bool ignores_clamping_ = false;      // the settings ask for it
   Clock::time_point limit_start_;      // start of the time limit: the end of the build
   double cpu_start_ = 0.0;             // CPU time of the process at the end of the build
   Clock::time_point checkpoint_time_;  // of the last checkpoint that was kept

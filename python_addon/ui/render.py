@@ -160,8 +160,11 @@ class AJAR_RENDER_PT_light_paths(AjarPanel, Panel):
             draw_inherited(bounces, settings, f"bounces_{kind}")
         column.separator()
         clamping = column.column(align=True)
+        clamping.active = "path" in {settings.integrator, settings.viewport_integrator}
         for name in ("clamp_direct", "clamp_indirect"):
             draw_inherited(clamping, settings, name)
+        if not clamping.active:
+            say(column, interface("Only Path Tracing clamps"), context)
         column.separator()
         for name in ("reflective_caustics", "refractive_caustics"):
             draw_inherited(column, settings, name)

@@ -21,9 +21,13 @@ def draw_a_path(scene):
     scene.ajar.integrator = "path"
 
 
+def clamp(scene):
+    scene.ajar.integrator, scene.ajar.clamp_indirect = "path", 10.0
+
+
 BREAK = {
     "CAMERA": no_camera,
-    "CLAMPING": lambda scene: setattr(scene.ajar, "clamp_indirect", 10.0),
+    "CLAMPING": clamp,
     "CAUSTICS": lambda scene: setattr(scene.ajar, "refractive_caustics", False),
     "HINTS": draw_a_path,
     "BIASED": lambda scene: setattr(scene.ajar, "direct", "ocv_paper"),
@@ -38,6 +42,12 @@ def plain(scene):
 
 
 def test_a_plain_scene_has_no_warning(plain):
+    assert names(plain) == set()
+
+
+def test_clamping_that_auto_ignores_is_no_warning(plain):
+    clamp(plain)
+    plain.ajar.integrator = "auto"
     assert names(plain) == set()
 
 

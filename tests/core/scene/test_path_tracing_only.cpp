@@ -45,6 +45,22 @@ TEST(PathTracingOnly, other_techniques_are_replaced_and_the_artist_is_told) {
   }
 }
 
+// Other techniques cannot clamp. The image of `auto` must not depend on the one that it chooses.
+TEST(PathTracingOnly, auto_does_not_clamp) {
+  SceneDescription room = grey_room(16);
+  room.lights.push_back(area_lamp(Vec3(0.0f, 0.0f, 0.7f), Vec3(0, 0, -1), 0.2f, 20.0f));
+  const std::vector<float> plain = render(room, "path", 4, 3);
+  room.settings.clamp_direct = room.settings.clamp_indirect = 0.01f;
+  EXPECT_NE(render(room, "path", 4, 3), plain);
+  Session session;
+  SceneDescription d = with(room, "auto", 4);  // too few samples for a pilot: path tracing
+  d.settings.seed = 3;
+  session.start(std::move(d));
+  ASSERT_TRUE(session.wait(kHang));
+  EXPECT_EQ(session.snapshot("Combined"), plain);
+  EXPECT_NE(session.statistics_json().find("only path tracing can clamp"), std::string::npos);
+}
+
 /// A cube in a fog of the world, which may vary, with a sun or a lamp.
 SceneDescription in_fog(bool varies, bool sun, Color sky) {
   SceneDescription d;
