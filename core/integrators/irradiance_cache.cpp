@@ -441,8 +441,7 @@ class IrradianceCache final : public Integrator {
                                                    {sampler, base + kDirectLight, here, vertex_aux, counter.rays});
       }
       const auto sample = sample_direction(bsdf, point, sampler, base);
-      Color after = beta;  // throughput to scattered light, by the lobes that are not cached
-      if (sample) after *= sample->f_cos;
+      Color after = sample ? beta * sample->f_cos : beta;  // throughput to light of the lobes that are not cached
       if (!start.inverse_distance && !media.active() && !passes_only && !below && !on_strand_or_point(point) &&
           bounces_diffusely(point, settings.bounces))
         after = read_cache(walk, sampler, base + kLookup, sample, counter, beta, radiance).value_or(after);

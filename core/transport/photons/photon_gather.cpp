@@ -16,7 +16,8 @@ constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 12;
 constexpr uint32_t kRoughLight = 0, kSharpLight = 3, kLobe = 6, kRoulette = 9, kSubsurface = 10;
 
 /// The walk goes straight on. False at the limit of transparent surfaces.
-bool pass_through(EyeMedia& media, EyeWalk& walk) {
+bool pass_through(const Scene& scene, EyeMedia& media, EyeWalk& walk, DirectVertex& origin) {
+  origin.past_ray_kinds |= scene.depends_on_ray_kind(walk.hit);
   media.leave(walk, walk.ray.direction);
   return walk.pass_through();
 }
@@ -132,8 +133,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     beta *= sample->f_cos / sample->pdf_solid_angle;
     if (!(max_component(beta) > 0.0f)) break;
     if (sample->flags & kTransparent) {
-      if (!pass_through(media, walk)) break;
-      origin.past_ray_kinds |= scene_.depends_on_ray_kind(walk.hit);
+      if (!pass_through(scene_, media, walk, origin)) break;
       continue;
     }
     if (at_bounce_limit) break;
@@ -352,8 +352,7 @@ PhotonGatherer::Incoming PhotonGatherer::follow(EyeWalk& walk, EyeMedia& media, 
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
     beta *= sample->f_cos / sample->pdf_solid_angle;
     if (sample->flags & kTransparent) {
-      if (!(max_component(beta) > 0.0f) || !pass_through(media, walk)) break;
-      origin.past_ray_kinds |= scene_.depends_on_ray_kind(walk.hit);
+      if (!(max_component(beta) > 0.0f) || !pass_through(scene_, media, walk, origin)) break;
       straight = straight || origin.past_ray_kinds;
       continue;
     }
