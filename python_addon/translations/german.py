@@ -280,7 +280,7 @@ TEXTS = {
     "Clamp Indirect": "Indirektes Licht begrenzen",
     "Maximum brightness of an indirect light sample. A limit darkens the picture. 0 for no limit":
         "Größte Helligkeit eines indirekten Abtastwerts. Eine Grenze verdunkelt das Bild. 0: keine Grenze",
-    "Only Path Tracing clamps": "Nur Pfadverfolgung begrenzt",
+    "Only Path Tracing clamps": "Nur Path Tracing begrenzt",
     "Reflective Caustics": "Reflektierende Kaustiken",
     "Light reflected by glossy surfaces onto diffuse surfaces": "Licht, das glänzende Oberflächen auf diffuse werfen",
     "Refractive Caustics": "Lichtbrechende Kaustiken",

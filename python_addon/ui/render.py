@@ -163,7 +163,7 @@ class AJAR_RENDER_PT_light_paths(AjarPanel, Panel):
         clamping.active = "path" in {settings.integrator, settings.viewport_integrator}
         for name in ("clamp_direct", "clamp_indirect"):
             draw_inherited(clamping, settings, name)
-        if not clamping.active:
+        if not clamping.active and max(settings.clamp_direct, settings.clamp_indirect) > 0.0:
             say(column, interface("Only Path Tracing clamps"), context)
         column.separator()
         for name in ("reflective_caustics", "refractive_caustics"):
