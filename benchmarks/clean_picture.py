@@ -3,8 +3,8 @@
 
     benchmarks/clean_picture.py [NAME ...] [--height 1080] [--limit 300] [--reference-seconds 1200] [--write PAGE]
 
-NAME: a scene of test_scenes, a file of ../shared/scenes or the path of another .blend file; without any, all of the first two. Each render is a process with the bpy wheel of a newer Blender. It
-starts, reads the file, exports, builds, renders with adaptive sampling, denoises and saves (clean_render.py). The settings are those of the file; the time limit
+NAME: a scene of test_scenes, a file of ../shared/scenes, or the path of another .blend file. Without any: all of test_scenes and ../shared/scenes.
+Each render is a process with the bpy wheel of a newer Blender. It starts, reads the file, exports, builds, renders with adaptive sampling, denoises and saves (clean_render.py). The settings are those of the file; the time limit
 is doubled until the picture is clean or more than LIMIT seconds. Clean: the mean of the perceptual difference FLIP [Andersson et al. 2020] of the sRGB
 pictures is at most CLEAN. The time is interpolated between two renders (log-log). Engines that are not clean are compared at the smallest FLIP that both reached.
 
