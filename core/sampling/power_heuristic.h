@@ -21,9 +21,9 @@ inline float power_heuristic(float pdf_a, float pdf_b) {
 /// The density of light samples as it counts in the heuristic against BSDF samples. That of lamps counts twice: the
 /// contribution varies little over a lamp, so that its stratified samples have less noise than hits, which are a matter
 /// of chance. It is not so for the world (infinite `distance`), which can have any radiance. Where only one of the two
-/// methods finds a light, its weights define how much of the light is seen, and lamps must count once.
-inline float counted_light_pdf(float pdf, float distance) {
-  return distance < std::numeric_limits<float>::infinity() ? 2.0f * pdf : pdf;
+/// methods finds a light, its weights define how much of the light is seen, and lamps must count `once`.
+inline float counted_light_pdf(float pdf, float distance, bool once) {
+  return !once && distance < std::numeric_limits<float>::infinity() ? 2.0f * pdf : pdf;
 }
 
 }  // namespace ajar

@@ -135,11 +135,9 @@ bool attribute_node(ProgramBuilder& b, int node, std::string_view output, Value&
     return output == "Color" || output == "Vector" || output == "Fac" || output == "Alpha";
   }
   const std::string name(b.text(node, "attribute_name"));
-  Value whole, made;
-  const bool is_made = type == Geometry && made_attribute(b, name, made);
-  if (is_made)
-    whole = made;
-  else
+  Value whole;
+  const bool is_made = type == Geometry && made_attribute(b, name, whole);
+  if (!is_made)
     whole = type == Geometry ? named_attribute(b, node, name, 1)
                              : b.emit(Op::ObjectProperty, Color, {}, type == Instancer, b.add_name(name));
   if (output == "Color")

@@ -18,7 +18,7 @@ Color DirectEstimator::weight_sample(const DirectLightContext& c, const LightSet
   if (!sample.delta && light.mis && heuristic_ != Heuristic::LightsOnly)
     weight *= heuristic_ == Heuristic::Balance
                   ? pdf / (pdf + scattered.pdf_solid_angle)
-                  : power_heuristic(weights_define_light(scene_) ? pdf : counted_light_pdf(pdf, sample.distance),
+                  : power_heuristic(counted_light_pdf(pdf, sample.distance, weights_define_light(scene_)),
                                     scattered.pdf_solid_angle);
   Color contribution = scattered.f_cos * sample.radiance * weight;
   if (light.cast_shadow) {
@@ -38,8 +38,7 @@ float DirectEstimator::weight_of_hit(const Scene& scene, const DirectVertex& v, 
   if (heuristic_ == Heuristic::LightsOnly) return light_pdf > 0.0f ? 0.0f : 1.0f;
   return heuristic_ == Heuristic::Balance
              ? v.bsdf_pdf / (v.bsdf_pdf + light_pdf)
-             : power_heuristic(v.bsdf_pdf,
-                               weights_define_light(scene) ? light_pdf : counted_light_pdf(light_pdf, distance));
+             : power_heuristic(v.bsdf_pdf, counted_light_pdf(light_pdf, distance, weights_define_light(scene)));
 }
 
 Color DirectEstimator::mean_of_draws(const DirectLightContext& c, const LightMixture::Kernel& k, Sampler& sampler,

@@ -130,9 +130,8 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
         scattered.pdf_solid_angle = c.bsdf.evaluate(c.point.wo, sample->wi).pdf_solid_angle;
       if (!sample->delta && light.mis && !light.partial()) {
         const float pdf = choice.pmf * sample->pdf_solid_angle;
-        contribution *= power_heuristic(
-            by_ray_kind || lights.any_limited() ? pdf : counted_light_pdf(pdf, sample->distance),
-            scattered.pdf_solid_angle);
+        contribution *= power_heuristic(counted_light_pdf(pdf, sample->distance, by_ray_kind || lights.any_limited()),
+                                        scattered.pdf_solid_angle);
       }
       return contribution;
     }
@@ -176,8 +175,8 @@ class MisDirectLight {
     const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
     const float light_pdf = lights.choice_pmf(v.position, v.normal, light, v.receiver_set) *
                             lights.pdf_li(light, v.position, wi, distance, normal, v.time);
-    return power_heuristic(
-        v.bsdf_pdf, v.past_ray_kinds || lights.any_limited() ? light_pdf : counted_light_pdf(light_pdf, distance));
+    return power_heuristic(v.bsdf_pdf,
+                           counted_light_pdf(light_pdf, distance, v.past_ray_kinds || lights.any_limited()));
   }
 };
 

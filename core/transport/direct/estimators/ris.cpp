@@ -31,7 +31,7 @@ Color Ris::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t fi
     const float pdf = choice.pmf * sample->pdf_solid_angle;
     float weight = 1.0f / pdf;
     if (!sample->delta && light.mis)
-      weight *= power_heuristic(weights_define_light(scene_) ? pdf : counted_light_pdf(pdf, sample->distance),
+      weight *= power_heuristic(counted_light_pdf(pdf, sample->distance, weights_define_light(scene_)),
                                 scattered.pdf_solid_angle);
     const Color value = scattered.f_cos * sample->radiance * weight;
     // g(x_i) / p_i: the contribution of the candidate without visibility.
