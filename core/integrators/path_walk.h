@@ -154,6 +154,15 @@ class PathWalk {
     return weight;
   }
 
+  /// The throughput of the path where it meets this light: only some kinds of lobes may see it (SampledKinds).
+  [[gnu::always_inline]] Color throughput_to(uint32_t light) const {
+    return lights_.any_partial() && previous_.kinds ? beta_ * visible_part(light) : beta_;
+  }
+  [[gnu::noinline]] Color visible_part(uint32_t light) const {
+    const LightFlags flags = lights_.flags(light);
+    return flags.partial() ? kinds_.throughput(flags.visibility) : Color(1.0f);
+  }
+
   [[gnu::always_inline]] void add_met(const LightMet& met) {
     note_light(met.light);
     if constexpr (kParts) {
@@ -164,7 +173,7 @@ class PathWalk {
         return;
       }
     }
-    Color arriving = beta_ * met.radiance;
+    Color arriving = throughput_to(met.light) * met.radiance;
     if constexpr (kMedia) {
       const Ray& ray = walk_.ray;
       if (!medium_.stack.empty() && is_finite(met.position))
@@ -200,7 +209,8 @@ class PathWalk {
       note_emission(*point.object);
       const float weight = walk_.emission_weight(
           [&](uint32_t light, Vec3 position, Vec3 normal) { return weight_of_hit(light, position, normal); });
-      add(beta_ * walk_.shading.emission * weight, point.ray_depth);
+      const int light = lights_.any_partial() ? scene_.light_of(walk_.hit) : -1;
+      add((light >= 0 ? throughput_to(uint32_t(light)) : beta_) * walk_.shading.emission * weight, point.ray_depth);
     }
     vertex_aux_ = record_vertex(scene_, point, bsdf, beta_, aux_);
     if constexpr (kParts)
@@ -239,9 +249,15 @@ class PathWalk {
     const Bsdf& bsdf = walk_.shading.bsdf;
     uint64_t& rays = start_.counters.rays;
     SampledLight sampled;
-    const DirectLightContext context{
-        scene_,         point,          bsdf,          uint32_t(material_),
-        start_.pixel_x, start_.pixel_y, guided_bsdf(), kParts || kSources ? &sampled : nullptr};
+    const DirectLightContext context{scene_,
+                                     point,
+                                     bsdf,
+                                     uint32_t(material_),
+                                     start_.pixel_x,
+                                     start_.pixel_y,
+                                     guided_bsdf(),
+                                     kParts || kSources ? &sampled : nullptr,
+                                     true};
     Color direct;
     if constexpr (kMedia)
       direct = direct_light_.estimate(MediaDirectContext<Medium>{context, medium_, walk_.hit}, sampler_,
@@ -303,6 +319,10 @@ class PathWalk {
     previous_.normal = bsdf.receiving_normal();
     previous_.receiver_set = receiver_set(point);
     previous_.time = point.time;
+    if (lights_.any_partial() && !sample->specular) [[unlikely]] {
+      kinds_ = SampledKinds(bsdf, point.wo, sample->wi);
+      previous_.kinds = &kinds_;
+    }
     walk_.leave_along(sample->wi);
     return true;
   }
@@ -405,6 +425,7 @@ class PathWalk {
   Color radiance_{0.0f}, beta_{1.0f};
   float alpha_ = 0.0f;
   DirectVertex previous_;         ///< the vertex at which the present direction was chosen
+  SampledKinds kinds_;            ///< of that direction, in scenes with lights that only some kinds of rays see
   bool at_bounce_limit_ = false;  ///< a bounce limit is reached: only the emission of the next surface still counts
   int vertex_ = 0, material_ = 0;
   /// For the part of direct paths: whether the last bounce, and any one before it, was not at a delta lobe.

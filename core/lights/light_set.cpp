@@ -89,11 +89,8 @@ LightFlags LightSet::flags(uint32_t index) const {
           block.blockers};
 }
 
-bool LightSet::any_partial() const { return data_->any_partial; }
 bool LightSet::any_without_walks() const { return data_->any_without_walks; }
 bool LightSet::took_environment_over() const { return data_->took_environment_over; }
-bool LightSet::any_limited() const { return data_->any_limited; }
-bool LightSet::any_linked() const { return data_->any_linked; }
 bool LightSet::can_choose() const { return !data_->all.tree.empty() || !data_->all.distant.empty(); }
 
 uint64_t LightSet::fingerprint() const {

@@ -99,15 +99,15 @@ class LightSet {
   /// the same lights.
   uint64_t fingerprint() const;
   /// Whether there is a light that only some kinds of lobes see.
-  bool any_partial() const;
+  bool any_partial() const { return any_.partial; }
   /// Whether no path starts at some light (LightFlags::starts_walks).
   bool any_without_walks() const;
   bool took_environment_over() const;
   /// Whether a light does not light all objects. Then `choose` for the receiver set of an object chooses among the lights
   /// that light it.
-  bool any_linked() const;
+  bool any_linked() const { return any_.linked; }
   /// Whether a light has a maximum number of bounces that the limits of the scene do not have.
-  bool any_limited() const;
+  bool any_limited() const { return any_.limited; }
   Choice choose(Vec3 p, Vec3 n, float u, uint32_t receiver_set = kEveryLight) const;
   float choice_pmf(Vec3 p, Vec3 n, uint32_t light, uint32_t receiver_set = kEveryLight) const;
   /// The same for light that a medium scatters along a part of a ray.
@@ -167,6 +167,10 @@ class LightSet {
  private:
   struct Data;
   std::unique_ptr<Data> data_;
+  /// Of some light. Paths ask at every vertex.
+  struct {
+    bool partial = false, linked = false, limited = false;
+  } any_;
 };
 
 }  // namespace ajar

@@ -234,6 +234,7 @@ LightSet::LightSet(const LightBuildInput& in, Diagnostics& diagnostics) : LightS
     return;
   }
   d.make_tables(sources, weights, in.has_media);
+  any_ = {d.any_partial, d.any_linked, d.any_limited};
 }
 
 }  // namespace ajar

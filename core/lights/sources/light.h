@@ -98,9 +98,11 @@ struct LightFlags {
   uint32_t blockers = kVisibleShadow;  ///< Ray::blockers of its shadow rays
   int max_bounces = 1024;              ///< LightDescription::max_bounces
   /// Whether only some kinds of lobes see the light (VisibilityBits of diffuse, glossy and transmission), or only some
-  /// objects block it. Rough lobes are then lit by light sampling alone, which distinguishes the kinds and the blockers.
-  /// Rays of sharp lobes see the light if it is visible to their kind, and if nothing is in front of it.
-  bool partial() const { return (visibility & 14u) != 14u || blockers != kVisibleShadow; }
+  /// objects block it. Light sampling distinguishes the kinds and the blockers. Rays of sharp lobes see the light if it
+  /// is visible to their kind, and if nothing is in front of it. Rays of rough lobes count if the walk knows SampledKinds
+  /// and the light has no blockers of its own; else, rough lobes are lit by light sampling alone.
+  bool partial() const { return (visibility & 14u) != 14u || has_blockers(); }
+  bool has_blockers() const { return blockers != kVisibleShadow; }
   bool lights(uint32_t receiver_set) const { return lights_set(receivers, receiver_set); }
   /// Whether paths can start at the light. A ray from a light that some objects do not block cannot tell which of the
   /// surfaces along it the light reaches: all of them.

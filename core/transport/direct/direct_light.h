@@ -9,6 +9,7 @@
 #include "sampling/power_heuristic.h"
 #include "sampling/sampler.h"
 #include "scene/scene.h"
+#include "transport/direct/sampled_kinds.h"
 #include "transport/guiding/guided_bsdf.h"
 #include "transport/paths/ray_events.h"
 #include "transport/paths/shadow_terminator.h"
@@ -35,6 +36,7 @@ struct DirectLightContext {
   int pixel_x = 0, pixel_y = 0;       ///< in the full frame
   const GuidedBsdf* guide = nullptr;  ///< if not null, it samples the path's direction together with the BSDF
   SampledLight* sampled = nullptr;    ///< if not null, it receives the sampled light
+  bool knows_kinds = false;           ///< DirectVertex::kinds is known for the path's own sample
 
   /// Evaluates the BSDF. The density is that of the path's own sample, against which light samples are weighted. (Light
   /// past surfaces that depend on the kind of the ray is an exception: its weights define what is found of it, and must
@@ -63,6 +65,8 @@ struct DirectVertex {
   uint32_t receiver_set = kEveryLight;
   float time = 0.0f;            ///< of the path
   bool past_ray_kinds = false;  ///< the ray has passed a surface that depends on the kind of the ray
+  /// Of the sampled direction. Null: light that only some kinds of rays see is found by light samples alone.
+  const SampledKinds* kinds = nullptr;
 };
 
 /// Whether only light samples or only BSDF samples find some of the light, so that their weights define how much of it
@@ -108,9 +112,13 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
   Bsdf::Evaluation scattered = c.evaluate(sample->wi);
   const LightFlags light = lights.flags(choice.light);
   if (!light.lights(receiver_set(c.point)) || c.point.ray_depth > light.max_bounces) return Color(0.0f);
+  float found_share = 1.0f;  // of the density of the BSDF sample, with which it finds the light
   if (light.partial()) {
     scattered.f_cos = visible_to(light.visibility, c.bsdf, c.point.wo, sample->wi);
     if (is_black(scattered.f_cos)) return Color(0.0f);
+    found_share = c.knows_kinds && !light.has_blockers()
+                      ? visible_share(c.bsdf.kind_shares(c.point.wo, sample->wi, false), light.visibility)
+                      : 0.0f;
   }
   const Color arriving = sample->radiance / (choice.pmf * sample->pdf_solid_angle);
   if (!is_black(scattered.f_cos)) {
@@ -128,10 +136,10 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
       // The BSDF sample can find the light too: power heuristic [Veach 1997, eq. 9.13].
       if (c.guide && by_ray_kind) [[unlikely]]
         scattered.pdf_solid_angle = c.bsdf.evaluate(c.point.wo, sample->wi).pdf_solid_angle;
-      if (!sample->delta && light.mis && !light.partial()) {
+      if (!sample->delta && light.mis && found_share > 0.0f) {
         const float pdf = choice.pmf * sample->pdf_solid_angle;
         contribution *= power_heuristic(counted_light_pdf(pdf, sample->distance, by_ray_kind || lights.any_limited()),
-                                        scattered.pdf_solid_angle);
+                                        found_share * scattered.pdf_solid_angle);
       }
       return contribution;
     }
@@ -171,12 +179,16 @@ class MisDirectLight {
     const LightSet& lights = scene.lights();
     if (lights.any_linked() && !lights.flags(light).lights(v.receiver_set)) return 0.0f;
     if (v.bsdf_pdf == 0.0f) return 1.0f;
-    if (lights.any_partial() && lights.flags(light).partial()) return 0.0f;
+    float bsdf_pdf = v.bsdf_pdf;
+    if (lights.any_partial()) {
+      const LightFlags flags = lights.flags(light);
+      if (flags.partial()) bsdf_pdf *= v.kinds && !flags.has_blockers() ? v.kinds->share(flags.visibility) : 0.0f;
+      if (!(bsdf_pdf > 0.0f)) return 0.0f;
+    }
     const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
     const float light_pdf = lights.choice_pmf(v.position, v.normal, light, v.receiver_set) *
                             lights.pdf_li(light, v.position, wi, distance, normal, v.time);
-    return power_heuristic(v.bsdf_pdf,
-                           counted_light_pdf(light_pdf, distance, v.past_ray_kinds || lights.any_limited()));
+    return power_heuristic(bsdf_pdf, counted_light_pdf(light_pdf, distance, v.past_ray_kinds || lights.any_limited()));
   }
 };
 

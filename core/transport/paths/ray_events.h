@@ -50,14 +50,16 @@ inline bool past_limits(const ShadingPoint& point, const BounceLimits& limits) {
          point.transmission_depth > limits.transmission;
 }
 
-/// The part of f_cos by the kinds of lobes that see a light of this visibility.
-inline Color visible_to(uint32_t visibility, const Bsdf& bsdf, Vec3 wo, Vec3 wi) {
-  const std::array<Color, 3> kinds = bsdf.f_cos_of_kinds(wo, wi);
+/// The part of f_cos by the kinds of lobes that see a light of this visibility. `kinds`: Bsdf::f_cos_of_kinds.
+inline Color visible_to(uint32_t visibility, const std::array<Color, 3>& kinds) {
   Color sum(0.0f);
   if (visibility & kVisibleDiffuse) sum += kinds[0];
   if (visibility & kVisibleGlossy) sum += kinds[1];
   if (visibility & kVisibleTransmission) sum += kinds[2];
   return sum;
+}
+inline Color visible_to(uint32_t visibility, const Bsdf& bsdf, Vec3 wo, Vec3 wi) {
+  return visible_to(visibility, bsdf.f_cos_of_kinds(wo, wi));
 }
 
 /// A light that a ray meets and that is not a surface. For distant light, all components of `position` are kInfinity.
