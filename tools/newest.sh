@@ -11,7 +11,8 @@ for folder in proc dev; do
   mountpoint -q "$root/$folder" || mount --bind "/$folder" "$root/$folder"
 done
 trap 'umount "$root/proc" "$root/dev"' EXIT
-chroot "$root" apt-get update -qq
+# A mirror that is not updated has a release file that has expired.
+chroot "$root" apt-get -o Acquire::Check-Valid-Until=false update -qq
 # The last line has the modules that Blender's add-ons import (cattrs is not packaged), a program for screenshots, and the packages for the manual.
 DEBIAN_FRONTEND=noninteractive chroot "$root" apt-get install -y -qq --no-install-recommends make git g++ cmake ninja-build libembree-dev libosd-dev libopenimageio-dev libopenexr-dev libglm-dev \
   libtbb-dev pybind11-dev python3-dev python3-numpy nlohmann-json3-dev libcli11-dev blender xvfb libgl1-mesa-dri python3-pytest \

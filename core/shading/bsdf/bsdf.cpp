@@ -15,6 +15,7 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   ng = other.ng;
   n = other.n;
   bump_base = other.bump_base;
+  importance = other.importance;
   bump_terminator = other.bump_terminator;
   count_ = other.count_;
   layer_count_ = other.layer_count_;
@@ -253,9 +254,13 @@ void Bsdf::keep_lobes(Vec3 wo, Wanted&& wanted) {
 
 /// Cosine above which two specular directions are the same. Near the critical angle, rounding moves them far.
 static constexpr float kSameDirection = 0.9998f;
+/// Relative difference of indices of refraction that are the same: lobes with other indices scatter red, green and blue
+/// light into directions that are close together.
+static constexpr float kSameEta = 1e-4f;
 
 bool is_same_specular_direction(const BsdfSample& a, const BsdfSample& b) {
-  return ((a.flags ^ b.flags) & (kReflection | kTransmission)) == 0 && glm::dot(a.wi, b.wi) > kSameDirection;
+  return ((a.flags ^ b.flags) & (kReflection | kTransmission)) == 0 && std::abs(a.eta - b.eta) <= kSameEta * a.eta &&
+         glm::dot(a.wi, b.wi) > kSameDirection;
 }
 
 /// Calls visit(event, probability) for every delta event except transparency.
@@ -301,12 +306,22 @@ void Bsdf::for_each_specular(Vec3 wo, TransportMode mode, F&& visit) const {
 
 Bsdf::SpecularEvaluation Bsdf::evaluate_specular(Vec3 wo, Vec3 wi, TransportMode mode) const {
   SpecularEvaluation sum;
-  float kind = 0.0f;
+  float kind = 0.0f, cosine = kSameDirection;
+  BsdfSample nearest{};
   const uint32_t side = glm::dot(ng, wo) * glm::dot(ng, wi) > 0.0f ? kReflection : kTransmission;
   for_each_specular(wo, mode, [&](const BsdfSample& event) {
     if (!(event.flags & side)) return;
     kind += event.pdf_solid_angle;
-    if (!(glm::dot(event.wi, wi) > kSameDirection)) return;
+    const float cos_event = glm::dot(event.wi, wi);
+    if (!(cos_event > kSameDirection)) return;
+    if (sum.probability > 0.0f && !is_same_specular_direction(nearest, event)) {
+      if (cos_event <= cosine) return;
+      sum = {};
+    }
+    if (cos_event > cosine) {
+      cosine = cos_event;
+      nearest = event;
+    }
     sum.weight += event.f_cos;
     sum.probability += event.pdf_solid_angle;
     sum.eta = event.eta;

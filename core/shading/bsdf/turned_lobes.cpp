@@ -29,8 +29,8 @@ uint8_t Bsdf::add_layer(const Layer& layer) {
   return uint8_t(1u << layer_count_++);
 }
 
-/// Selection probabilities are proportional to the light that a lobe scatters for this wo, with a minimum of one
-/// hundredth of the lobe's weight. `factor`: of the weight of a lobe.
+/// Selection probabilities are proportional to the light that a lobe scatters for this wo, summed over the channels by
+/// their importance, with a minimum of one hundredth of the lobe's weight. `factor`: of the weight of a lobe.
 template <class Factor>
 void Bsdf::select(Vec3 wo, float (&selection)[kMaxLobes], const Factor& factor) const {
   const bool flipped = glm::dot(ng, wo) < 0.0f;
@@ -38,8 +38,8 @@ void Bsdf::select(Vec3 wo, float (&selection)[kMaxLobes], const Factor& factor) 
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes()[i];
     const float cosine = flipped ? -glm::dot(lobe.frame.n, wo) : glm::dot(lobe.frame.n, wo);
-    const float floor = 0.01f * luminance(factor(i) * lobe.weight);
-    selection[i] = std::max(luminance(factor(i) * lobe_scattered(lobe, cosine, flipped)), floor);
+    const float floor = 0.01f * glm::dot(importance, factor(i) * lobe.weight);
+    selection[i] = std::max(glm::dot(importance, factor(i) * lobe_scattered(lobe, cosine, flipped)), floor);
     if (!(cosine > 0.0f) && lobe.kind != LobeKind::Transparent && !lobe.ignores_eye) selection[i] = floor;
     sum += selection[i];
   }

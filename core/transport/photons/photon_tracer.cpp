@@ -155,13 +155,13 @@ class BlockTracer {
         ray = scene_.straight_on(point, ray, hit.t);
         continue;
       }
-      const bool first = bounces.counts.total == 0;
-      const bool blocks = !first || blocks_light(hit);
+      const bool first = bounces.counts.total == 0, blocks = !first || blocks_light(hit);
       const AtSurface outcome = pass_unscattered(hit, vertex, point, {first, blocks}, ray, flux);
       if (outcome == AtSurface::End) return;
       if (outcome == AtSurface::Passed) continue;
       point.ray_kind = kRayDiffuse | kRayReflection;
       point.ray_depth = point.diffuse_depth = 1;
+      point.importance = glm::abs(flux);
       scene_.material(hit).evaluate_surface(point, shading_);
       const Side side = side_of_sphere(ray, hit, vertex, point, flux);
       const LobeSplit split(shading_.bsdf, point.wo, on_strand_or_point(point));

@@ -43,6 +43,58 @@ void expect_close(Color a, Color b, float relative, const std::string& what) {
 
 }  // namespace
 
+// Three lobes of coloured glass with other indices of refraction, as artists make dispersion.
+class Dispersion : public testing::Test {
+ protected:
+  static constexpr float kEtas[] = {2.38f, 2.417f, 2.45f};
+  static inline const Vec3 wo = direction(0.7f);
+  static Bsdf gem(Color importance = Color(1.0f)) {
+    Bsdf bsdf;
+    bsdf.start({0, 0, 1}, {0, 0, 1});
+    bsdf.importance = importance;
+    const closures::Surface surface{wo, {0, 0, 1}, false};
+    for (int i = 0; i < 3; ++i) {
+      Color color(0.0f);
+      color[i] = 1.0f;
+      closures::add_glass(bsdf, surface, color, {0, 0, 1}, {closures::Distribution::Sharp, 0.0f, kEtas[i]});
+    }
+    bsdf.prepare(wo);
+    return bsdf;
+  }
+};
+
+TEST_F(Dispersion, refracted_directions_have_one_color_and_the_reflected_one_has_all) {
+  const Bsdf bsdf = gem();
+  std::array<BsdfSample, Bsdf::kMaxSpecularDirections> events;
+  ASSERT_EQ(bsdf.specular_directions(wo, events), 4);
+  int refracted = 0;
+  for (int i = 0; i < 4; ++i) {
+    const BsdfSample& event = events[size_t(i)];
+    const Bsdf::SpecularEvaluation found = bsdf.evaluate_specular(wo, event.wi);
+    expect_close(found.weight, event.f_cos, 1e-5f, "weight");
+    EXPECT_NEAR(found.probability, event.pdf_solid_angle, 1e-5f);
+    if (!(event.flags & kTransmission)) {
+      EXPECT_GT(std::min({event.f_cos.x, event.f_cos.y, event.f_cos.z}), 0.1f);
+      continue;
+    }
+    ++refracted;
+    EXPECT_EQ((event.f_cos.x > 0.0f) + (event.f_cos.y > 0.0f) + (event.f_cos.z > 0.0f), 1);
+    EXPECT_NEAR(found.eta, event.eta, 1e-5f);
+  }
+  EXPECT_EQ(refracted, 3);
+}
+
+TEST_F(Dispersion, a_path_chooses_lobes_by_the_channels_that_it_carries) {
+  const Bsdf even = gem(), red = gem({1.0f, 0.0f, 0.0f});
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(even.lobe(i).selection, 1.0f / 3.0f, 1e-5f);
+    EXPECT_EQ(red.lobe(i).selection, i == 0 ? 1.0f : 0.0f);
+  }
+  Bsdf copy = red;
+  copy.prepare(wo);
+  EXPECT_EQ(copy.lobe(0).selection, 1.0f);
+}
+
 class EveryMaterial : public testing::TestWithParam<Material> {};
 INSTANTIATE_TEST_SUITE_P(Closures, EveryMaterial, testing::ValuesIn(all_materials()), printable);
 
