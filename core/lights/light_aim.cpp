@@ -19,6 +19,8 @@ LightAim aim_of(const LightBounds& bounds) {
   aim.intensity = std::max(bounds.intensity - bounds.grown, 0.0f);
   aim.growing = bounds.growing.x;
   aim.growing_squared = bounds.growing.y;
+  constexpr float kRounding = 1e-6f;
+  aim.angle_squared = (bounds.flat ? kRounding : 1.0f) * aim.radius_squared;
   return aim;
 }
 
@@ -49,7 +51,8 @@ void LightLanes::fill(size_t first, size_t count, float* __restrict values, cons
                                             at(12),
                                             at(13),
                                             at(14),
-                                            at(15)});
+                                            at(15),
+                                            at(16)});
     }
   }
 }

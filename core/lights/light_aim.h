@@ -32,6 +32,7 @@ struct LightAim {
   float cos_normals, sin_normals, cos_beyond;
   float intensity;                 // LightBounds::intensity without the part that grows
   float growing, growing_squared;  // with the distance, and with its square
+  float angle_squared;             // of the sphere by which the angle of emission is uncertain: tiny for a flat light
 
   /// The intensity for a point at this squared distance.
   float strength(float distance2) const {
@@ -52,6 +53,14 @@ inline float cos_of_rest(float cos_a, float cos_b, float sin_b) {
   return cos_a >= cos_b ? 1.0f : cos_a * cos_b + sin_a * sin_b;
 }
 
+/// About the mean of the positive cosine over angles that differ from one with the cosine `center` by up to `size`, whose
+/// largest cosine is `nearest`. For small sizes it is exact in the first order. 0 only if `nearest` is not positive.
+inline float mean_cosine(float center, float nearest, float sin_size) {
+  const float partly = nearest * nearest / (4.0f * sin_size + 1e-6f);
+  const float least = center > partly ? center : partly, mean = center >= sin_size ? center : least;
+  return mean < nearest ? mean : nearest;
+}
+
 /// atan2(y, x) for y >= 0, within 0.005. An importance need not be exact.
 inline float angle_of(float y, float x) {
   const float across = std::abs(x), most = y > across ? y : across, least = y > across ? across : y;
@@ -63,8 +72,10 @@ inline float angle_of(float y, float x) {
 // The estimates have two forms. Without branches the compiler computes several at once; with them, a single estimate is
 // faster.
 
-/// Estimate of the maximum irradiance at p with the normal n (0: light from all sides counts): intensity cos cos /
-/// distance^2, with the most favourable angles that the bounds allow. 0 only if nothing can reach p.
+/// Estimate of the irradiance at p with the normal n (0: light from all sides counts): intensity cos cos / distance^2,
+/// with the most favourable normals that the bounds allow. The cosines are means over the extent of lamps, and the most
+/// favourable ones of nodes: large lamps near a wall, which they light at grazing angles, got up to seven times the
+/// samples that they should (docs/research/speed.md). 0 only if nothing can reach p.
 template <bool kBranches>
 [[gnu::always_inline]] inline float irradiance_estimate(const LightAim& a, bool two_sided, Triple p, Triple n) {
   const Triple d = a.center - p;
@@ -84,15 +95,19 @@ template <bool kBranches>
     float cos_axis = -dot(a.axis, d) * inverse;
     if (two_sided) cos_axis = std::abs(cos_axis);
     if (!kBranches || cos_axis < a.cos_normals) {
-      const float cos_out = cos_of_rest(cos_of_rest(cos_axis, a.cos_normals, a.sin_normals), cos_size, sin_size);
+      const float sin2_angle = a.angle_squared / distance2, sin_angle = std::sqrt(sin2_angle);
+      const float cos_center = cos_of_rest(cos_axis, a.cos_normals, a.sin_normals),
+                  cos_out = cos_of_rest(cos_center, std::sqrt(std::abs(1.0f - sin2_angle)), sin_angle);
       if (kBranches && cos_out < a.cos_beyond) return 0.0f;
-      const float emitted = !(cos_axis < a.cos_normals) ? 1.0f : (cos_out < a.cos_beyond ? 0.0f : cos_out);
+      const float mean = kBranches ? cos_out : mean_cosine(cos_center, cos_out, sin_angle);
+      const float emitted = !(cos_axis < a.cos_normals) ? 1.0f : (cos_out < a.cos_beyond ? 0.0f : mean);
       result = emitted > 0.0f ? result * emitted : 0.0f;
     }
   }
   const bool from_all_sides = dot(n, n) == 0.0f;
   if (!kBranches || !from_all_sides) {
-    const float cosine = cos_of_rest(dot(n, d) * inverse, cos_size, sin_size);
+    const float cos_center = dot(n, d) * inverse, nearest = cos_of_rest(cos_center, cos_size, sin_size),
+                cosine = kBranches ? nearest : mean_cosine(cos_center, nearest, sin_size);
     const float received = cosine > kMinReceiverCosine ? cosine : kMinReceiverCosine;
     result *= from_all_sides ? 1.0f : received;
   }

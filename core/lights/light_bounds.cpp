@@ -24,6 +24,7 @@ void widen(LightBounds& sum, const LightBounds& other) {
   sum.lower = glm::min(sum.lower, other.lower);
   sum.upper = glm::max(sum.upper, other.upper);
   sum.two_sided |= other.two_sided;
+  sum.flat = false;
   sum.intensity += other.intensity;
   sum.grown += other.grown;
   sum.growing += other.growing;
@@ -79,6 +80,7 @@ LightBounds lamp_bounds(const Light& lamp, float watts) {
       b.axis = lamp.frame.n;
       // The edge of the beam by the spread.
       b.cos_beyond = lamp.spread_tan > 0.0f ? 0.999f * lamp.spread_tan / std::sqrt(1.0f + sqr(lamp.spread_tan)) : 0.0f;
+      b.flat = !(b.cos_beyond > 0.0f);
       peak = lamp.area * lamp_profile(lamp, lamp.frame.n);
       break;
     case LightType::Spot:
@@ -103,7 +105,7 @@ LightBounds triangle_bounds(const WorldTriangle& t, float watts) {
   b.lower = glm::min(t.p0, glm::min(p1, p2));
   b.upper = glm::max(t.p0, glm::max(p1, p2));
   b.axis = t.normal;
-  b.two_sided = true;
+  b.two_sided = b.flat = true;
   b.intensity = watts * (0.5f * kInvPi);
   return b;
 }

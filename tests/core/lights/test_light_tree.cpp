@@ -321,6 +321,40 @@ TEST(LightTree, many_lamps_are_chosen_by_the_importances_of_groups) {
   EXPECT_LT(one.variance(), 4.0 * sqr(expected));
 }
 
+TEST(LightTree, large_lamps_near_a_wall_that_they_graze_do_not_get_most_of_the_samples) {
+  // Two lamps beside a wall that shine along it, and one far in front of it. With the most favourable angles of all points
+  // of a lamp, the irradiance over the probability differs by a factor of seven.
+  SceneDescription d;
+  add_object(d, plane(3.0f), add_diffuse(d, Color(0.5f)));
+  d.lights.push_back(area_lamp(Vec3(-1.0f, 0.0f, 0.9f), Vec3(1.0f, 0.0f, 0.9f), 1.0f, 46.0f));
+  d.lights.push_back(area_lamp(Vec3(1.1f, 0.0f, 1.0f), Vec3(-1.0f, 0.0f, 0.9f), 1.0f, 40.0f));
+  d.lights.push_back(area_lamp(Vec3(-1.0f, 0.3f, 3.0f), Vec3(0.4f, 0.0f, -1.0f), 0.7f, 38.0f));
+  set_camera(d, Vec3(0.0f, 0.0f, 4.0f), Vec3(0.0f), 4, 0.7f);
+  const auto scene = build(d);
+  const LightSet& lights = scene->lights();
+  const Vec3 n(0, 0, 1);
+  for (const Vec3 p : {Vec3(0.0f), Vec3(0.1f, 0.4f, 0.0f), Vec3(-0.1f, -0.5f, 0.0f)}) {
+    double least = 1e30, most = 0.0;
+    for (uint32_t light = 0; light < 3; ++light) {
+      double irradiance = 0.0;
+      constexpr int kSide = 30;
+      for (int i = 0; i < kSide * kSide; ++i) {
+        const Vec2 u((float(i % kSide) + 0.5f) / kSide, (float(i / kSide) + 0.5f) / kSide);
+        const auto sample = lights.sample_li(light, p, u, kMidShutter);
+        if (!sample) continue;
+        irradiance += double(sample->radiance.x * std::max(sample->wi.z, 0.0f) / sample->pdf_solid_angle) /
+                      (kSide * kSide);
+      }
+      ASSERT_GT(irradiance, 0.0);
+      const double ratio = irradiance / double(lights.choice_pmf(p, n, light));
+      least = std::min(least, ratio);
+      most = std::max(most, ratio);
+    }
+    EXPECT_LT(most, 2.5 * least) << p.x << " " << p.y;
+  }
+  EXPECT_EQ(lights.choice_pmf(Vec3(-0.6f, 0.0f, 0.0f), n, 0), 0.0f);  // behind the lamp
+}
+
 TEST(LightTree, lamps_of_one_node_are_chosen_in_proportion_to_their_importances) {
   // The importance of one lamp is that of a tree that holds nothing else.
   for (const uint32_t lamps : {2u, 7u, 8u, 9u, 64u}) {
