@@ -105,7 +105,7 @@ LightBounds triangle_bounds(const WorldTriangle& t, float watts) {
   b.lower = glm::min(t.p0, glm::min(p1, p2));
   b.upper = glm::max(t.p0, glm::max(p1, p2));
   b.axis = t.normal;
-  b.two_sided = b.flat = true;
+  b.two_sided = true;
   b.intensity = watts * (0.5f * kInvPi);
   return b;
 }

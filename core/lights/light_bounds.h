@@ -14,7 +14,7 @@ struct LightBounds {
   /// cosine of the angle to a normal up to which light is emitted: 0 for a flat diffuse light
   float cos_beyond = 0.0f;
   bool two_sided = false;
-  /// one flat light that emits up to 90 degrees: all of it is seen from the same side
+  /// one flat lamp that emits up to 90 degrees: all of it is seen from the same side
   bool flat = false;
   float intensity = 0.0f;  ///< luminance in W/sr, in the direction of maximum emission
   /// The part of the intensity that grows with the distance of the lit point, and what it is there: a coefficient of the

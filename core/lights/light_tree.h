@@ -3,10 +3,9 @@
 // Each node bounds its lights: a box of their positions, a cone of their directions, and the sum of their intensities.
 // The importance of a node for point p with normal n is an estimate of the maximum irradiance that it sends: intensity
 // cos cos / distance^2, with the most favourable angles that its bounds allow; that of a lamp, the mean over its extent.
-// A branch is chosen in proportion [Conty
-// Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting"]. The importance is 0 only
-// if nothing below can illuminate p, so every light that reaches p has a positive probability. Occlusion is not
-// considered.
+// A branch is chosen in proportion [Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree
+// Splitting"]. The importance is 0 only if nothing below can illuminate p, so every light that reaches p has a positive
+// probability. Occlusion is not considered.
 //
 // For a part of a ray in a medium, the mean of intensity / distance^2 along it counts, in closed form [Kulla and Fajardo
 // 2012, eq. 7, integrated], with the most favourable angle of all its points.
