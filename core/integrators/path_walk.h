@@ -208,10 +208,12 @@ class PathWalk {
     const Bsdf& bsdf = walk_.shading.bsdf;
     if (!is_black(walk_.shading.emission)) {
       note_emission(*point.object);
-      const float weight = walk_.emission_weight(
-          [&](uint32_t light, Vec3 position, Vec3 normal) { return weight_of_hit(light, position, normal); });
-      const int light = lights_.any_partial() ? scene_.light_of(walk_.hit) : -1;
-      add((light >= 0 ? throughput_to(uint32_t(light)) : beta_) * walk_.shading.emission * weight, point.ray_depth);
+      Color throughput = beta_;
+      const float weight = walk_.emission_weight([&](uint32_t light, Vec3 position, Vec3 normal) {
+        throughput = throughput_to(light);
+        return weight_of_hit(light, position, normal);
+      });
+      add(throughput * walk_.shading.emission * weight, point.ray_depth);
     }
     vertex_aux_ = record_vertex(scene_, point, bsdf, beta_, aux_);
     if constexpr (kParts)

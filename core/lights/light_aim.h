@@ -74,8 +74,8 @@ inline float angle_of(float y, float x) {
 
 /// Estimate of the irradiance at p with the normal n (0: light from all sides counts): intensity cos cos / distance^2,
 /// with the most favourable normals that the bounds allow. The cosines are means over the extent of lamps, and the most
-/// favourable ones of nodes: large lamps near a wall, which they light at grazing angles, got up to seven times the
-/// samples that they should (docs/research/speed.md). 0 only if nothing can reach p.
+/// favourable ones of nodes. With those, two large lamps that graze a wall got 80 % of its samples for a third of its
+/// light (docs/research/speed.md). 0 only if nothing can reach p.
 template <bool kBranches>
 [[gnu::always_inline]] inline float irradiance_estimate(const LightAim& a, bool two_sided, Triple p, Triple n) {
   const Triple d = a.center - p;
