@@ -84,7 +84,7 @@ class PathWalk {
     }
     if (start_.caught && (walk_.seen_directly() || walk_.clear)) [[unlikely]]
       meet_catcher();
-    walk_.point.importance = kMedia ? glm::abs(beta_) : beta_;
+    walk_.point.channel_weights = kMedia ? glm::abs(beta_) : beta_;
     program.evaluate_surface(walk_.point, walk_.shading);
     return meet_surface() && enter_surface() && scatter();
   }

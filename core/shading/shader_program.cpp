@@ -285,7 +285,7 @@ void ShaderProgram::Data::shade(const ShadingPoint& point, float* registers, Sur
   }
 
   out.bsdf.bump_terminator = d.bump_terminator;
-  out.bsdf.importance = point.importance;
+  out.bsdf.channel_weights = point.channel_weights;
   const bool after_diffuse = point.ray_kind & kRayDiffuse;
   const ScatteringBuilder builder{values, surface_at(point), d.reflective_caustics || !after_diffuse,
                                   d.refractive_caustics || !after_diffuse, out};

@@ -202,7 +202,7 @@ class Bsdf {
   Vec3 n{0, 0, 1};                                         ///< shading normal of the surface, on wo's side
   Vec3 bump_base{0, 0, 1};                                 ///< n, but not bent towards the eye
   BumpTerminator bump_terminator = BumpTerminator::Cubic;  ///< for diffuse lobes with other normals than n
-  Color importance{1.0f};                                  ///< of the channels in the choice of a lobe
+  Color channel_weights{1.0f};                             ///< of the channels in the choice of a lobe
 
   Bsdf() = default;
   Bsdf(const Bsdf& other) { *this = other; }
@@ -212,7 +212,7 @@ class Bsdf {
   void start(Vec3 geometric_normal, Vec3 shading_normal) {
     ng = geometric_normal;
     n = bump_base = shading_normal;
-    importance = Color(1.0f);
+    channel_weights = Color(1.0f);
     count_ = layer_count_ = 0;
     dropped_ = 0;
     has_non_delta_ = single_lambert_ = has_subsurface_ = bound_to_view_ = transmits_ = false;
@@ -244,7 +244,7 @@ class Bsdf {
     ng = other.ng;
     n = other.n;
     bump_base = other.bump_base;
-    importance = other.importance;
+    channel_weights = other.channel_weights;
     count_ = 0;
     has_subsurface_ = other.has_subsurface_;
     bound_to_view_ = other.bound_to_view_ || other.dropped_ > 0;

@@ -55,10 +55,10 @@ struct ShadingPoint {
   uint32_t ray_kind = kRayCamera;
   int ray_depth = 0, diffuse_depth = 0, glossy_depth = 0, transparent_depth = 0, transmission_depth = 0;
   int portal_depth = 0;  ///< surfaces with a ray portal that the path has passed, counted by path tracing
-  /// Of the channels in the choice of a lobe (Bsdf::importance), not negative: the throughput of a path from the eye. A
+  /// In the choice of a lobe (Bsdf::channel_weights), not negative: the throughput of a path from the eye. A
   /// path that has passed a red lobe has no use for a green one. The same for all paths if their densities must not
   /// depend on what comes before.
-  Color importance{1.0f};
+  Color channel_weights{1.0f};
 };
 
 }  // namespace ajar

@@ -38,8 +38,8 @@ void Bsdf::select(Vec3 wo, float (&selection)[kMaxLobes], const Factor& factor) 
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes()[i];
     const float cosine = flipped ? -glm::dot(lobe.frame.n, wo) : glm::dot(lobe.frame.n, wo);
-    const float floor = 0.01f * glm::dot(importance, factor(i) * lobe.weight);
-    selection[i] = std::max(glm::dot(importance, factor(i) * lobe_scattered(lobe, cosine, flipped)), floor);
+    const float floor = 0.01f * glm::dot(channel_weights, factor(i) * lobe.weight);
+    selection[i] = std::max(glm::dot(channel_weights, factor(i) * lobe_scattered(lobe, cosine, flipped)), floor);
     if (!(cosine > 0.0f) && lobe.kind != LobeKind::Transparent && !lobe.ignores_eye) selection[i] = floor;
     sum += selection[i];
   }

@@ -22,6 +22,28 @@ constexpr int kProbes = 48;       // per axis of the film, to choose the radius
 /// Slightly more than the roughness below which lobes are deltas (microfacet.h).
 constexpr float kDeltaRoughness = 0.02f;
 
+/// Whether photons start at a light of the scene. Of light from infinity, starts are tried: bright directions have a
+/// high probability.
+bool any_sends_photons(const Scene& scene) {
+  constexpr uint32_t kTries = 64;
+  const LightSet& lights = scene.lights();
+  Sampler sampler(Sampler::Kind::Sobol, 0);
+  PathVertex start;
+  for (uint32_t i = 0; i < lights.size(); ++i) {
+    if (!(lights.power_pmf(i) > 0.0f)) continue;
+    const uint32_t tries = int(i) == lights.environment_index() ? kTries : 1;
+    for (uint32_t k = 0; k < tries; ++k) {
+      sampler.start(k, 0);
+      const Vec2 u_position = sampler.get_2d(), u_direction = sampler.get_2d();
+      const auto ray = lights.sample_le(i, u_position, u_direction, kMidShutter);
+      if (!ray) continue;
+      make_light_vertex(scene, i, ray->ray.origin, ray->normal, ray->ray.direction, kMidShutter, start);
+      if (sends_photons(scene, start)) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 struct VertexMerging::Workers {
@@ -45,15 +67,11 @@ MergingPlan plan_merging(const Scene& scene) {
     rough |= program.may_be_rough(kDeltaRoughness);
     specular |= program.may_be_smooth(kDeltaRoughness);
   }
-  const LightSet& lights = scene.lights();
-  bool finite = false;
-  for (uint32_t i = 0; i < lights.size() && !finite; ++i)
-    finite = !is_distant(lights.flags(i).type) && lights.power_pmf(i) > 0.0f;
   // The shortest path E S D S L has three bounces, of which the limit counts two.
   if (scene.settings().bounces.total < 2) return {false, "the bounce limits leave nothing to merge"};
   if (!specular) return {false, "no specular material"};
   if (!rough) return {false, "all surfaces are mirrors or clear glass"};
-  if (!finite) return {false, "no light is at a finite distance"};
+  if (!any_sends_photons(scene)) return {false, "all light comes from wide parts of the sky"};
   return {true, "caustics may be seen in mirrors or through glass"};
 }
 

@@ -10,10 +10,10 @@
 // Georgiev et al. 2012]. A path has one first D from the eye, so each path is counted once.
 //
 // The estimate is consistent: each pass has its own photons, and radii decrease from pass to pass [Knaus and Zwicker
-// 2011]. The light of a photon is divided by the surface that exists around it (photon_discs.h). Only lamps and
-// emissive triangles at finite distances send photons. With environment light or sun lamps, such paths are left to the
-// walks from the eye. Limits of bounces apply to the whole path. At surfaces that mix kinds of lobes, the photon counts
-// as the kind of the lobe that it drew.
+// 2011]. The light of a photon is divided by the surface that exists around it (photon_discs.h). Lamps, emissive
+// triangles, suns and the bright spots of the environment send photons (sends_photons, path_vertex.h). Paths from even
+// parts of the sky and from wide suns are left to the walks from the eye, which find them well. Limits of bounces apply
+// to the whole path. At surfaces that mix kinds of lobes, the photon counts as the kind of the lobe that it drew.
 #pragma once
 
 #include <atomic>

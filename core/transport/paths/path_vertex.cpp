@@ -222,6 +222,18 @@ bool is_past_bounces(const Scene& scene, const PathVertex& light, int bounces) {
   return lights.any_limited() && light.light >= 0 && bounces > lights.flags(uint32_t(light.light)).max_bounces;
 }
 
+bool sends_photons(const Scene& scene, const PathVertex& light) {
+  const LightSet& lights = scene.lights();
+  if (light.light < 0) return false;
+  const uint32_t index = uint32_t(light.light);
+  if (!(lights.power_pmf(index) > 0.0f)) return false;
+  if (lights.any_without_walks() && !lights.flags(index).starts_walks()) return false;
+  if (lights.any_limited() && lights.flags(index).max_bounces < scene.settings().bounces.total) return false;
+  if (!light.distant || light.delta) return true;
+  const Vec3 direction = light.point.ng;
+  return lights.pdf_le(index, direction, direction, light.point.time).pdf_solid_angle >= kLeastDensityOfPhotons;
+}
+
 float weight_past_bounces(const LightEnd& light, const PathVertex& next, const PathEdge& edge, float pdf_to_light) {
   if (!light.can_be_hit_from(next)) return 0.0f;
   return next.specular ? 1.0f : power_heuristic(pdf_to_light * edge.to_light_area(), light.pdf_sampled);

@@ -184,12 +184,12 @@ std::optional<BsdfSample> follow_direction(const PathVertex& vertex, Vec3 wo, bo
 /// The probability with which walks pass a surface of this `transparency`.
 float pass_probability(const ShaderProgram& program, Color transparency);
 
-/// Whether photons start here. Paths from other lights can be found only by walks from the eye.
-inline bool sends_photons(const Scene& scene, const PathVertex& light) {
-  const LightSet& lights = scene.lights();
-  return light.light >= 0 && !light.distant && lights.power_pmf(uint32_t(light.light)) > 0.0f &&
-         !(lights.any_limited() && lights.flags(uint32_t(light.light)).max_bounces < scene.settings().bounces.total);
-}
+/// The least density per solid angle with which a direction to light from infinity is sampled, for photons to bring its
+/// light: that of a disc with a diameter of 20 degrees. A diffuse lobe samples it with a thirtieth of that at most.
+constexpr float kLeastDensityOfPhotons = 10.0f;
+/// Whether photons start here. Paths from other lights can be found only by walks from the eye, which also find the even
+/// parts of the sky well. This depends on the light and on its direction alone, so it divides the paths into two classes.
+bool sends_photons(const Scene& scene, const PathVertex& light);
 
 /// The contributions of the light end and of the camera to a path, and the densities with which they are found.
 struct LightEnd {

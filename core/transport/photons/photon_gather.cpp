@@ -113,7 +113,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
       break;
     }
     if (!walk.arrive()) break;
-    point.importance = glm::abs(beta);
+    point.channel_weights = glm::abs(beta);
     walk.shade();
     if (!is_black(shading.emission)) add(beta * shading.emission * walk.emission_weight(weight_of_hit), false);
     record_vertex(scene_, point, shading.bsdf, beta, aux);

@@ -161,7 +161,7 @@ class BlockTracer {
       if (outcome == AtSurface::Passed) continue;
       point.ray_kind = kRayDiffuse | kRayReflection;
       point.ray_depth = point.diffuse_depth = 1;
-      point.importance = glm::abs(flux);
+      point.channel_weights = glm::abs(flux);
       scene_.material(hit).evaluate_surface(point, shading_);
       const Side side = side_of_sphere(ray, hit, vertex, point, flux);
       const LobeSplit split(shading_.bsdf, point.wo, on_strand_or_point(point));

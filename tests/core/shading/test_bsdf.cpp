@@ -51,7 +51,7 @@ class Dispersion : public testing::Test {
   static Bsdf gem(Color importance = Color(1.0f)) {
     Bsdf bsdf;
     bsdf.start({0, 0, 1}, {0, 0, 1});
-    bsdf.importance = importance;
+    bsdf.channel_weights = importance;
     const closures::Surface surface{wo, {0, 0, 1}, false};
     for (int i = 0; i < 3; ++i) {
       Color color(0.0f);

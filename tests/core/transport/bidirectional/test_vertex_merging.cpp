@@ -64,6 +64,47 @@ SceneDescription pebbles_and_mirror() {
   return d;
 }
 
+/// The mirror shows a floor below a pane of glass, under an open sky without light.
+SceneDescription open_pane_and_mirror() {
+  SceneDescription d = pane_and_mirror();
+  d.meshes.front() = plane(1.0f);
+  d.instances.front().world_from_object = rows(moved(Vec3(0.0f, 0.0f, -0.8f)));
+  d.lights.clear();
+  return d;
+}
+SceneDescription lit_by_sun(float angle) {
+  SceneDescription d = open_pane_and_mirror();
+  LightDescription sun;
+  sun.name = "Sun";
+  sun.kind = LightKind::Sun;
+  sun.energy = 3.0f;
+  sun.sun_angle = angle;
+  sun.world_from_light = rows(shining(Vec3(0.0f), Vec3(0.1f, 0.2f, -1.0f)));
+  d.lights.push_back(sun);
+  return d;
+}
+/// A disc of the sky has the radiance 3; `least_cosine` is the cosine of its radius.
+SceneDescription lit_by_sky(float least_cosine) {
+  SceneDescription d = open_pane_and_mirror();
+  GraphBuilder b;
+  const int direction = b.node("ShaderNodeTexCoord");
+  const int cosine = b.node("ShaderNodeVectorMath",
+                            {linked_input("Vector", direction, "Generated"),
+                             value_input("Vector_001", Vec4(glm::normalize(Vec3(-0.1f, -0.2f, 1.0f)), 0.0f))},
+                            {text_property("operation", "DOT_PRODUCT")});
+  const int inside = b.node("ShaderNodeMath",
+                            {linked_input("Value", cosine, "Value"), value_input("Value_001", least_cosine)},
+                            {text_property("operation", "GREATER_THAN")});
+  const int strength = b.node("ShaderNodeMath",
+                              {linked_input("Value", inside, "Value"), value_input("Value_001", 3.0f)},
+                              {text_property("operation", "MULTIPLY")});
+  const int background = b.node("ShaderNodeBackground", {value_input("Color", Vec4(1.0f, 0.8f, 0.6f, 1.0f)),
+                                                         linked_input("Strength", strength, "Value")});
+  b.graph.surface = {background, "Background"};
+  d.world.graph = b.graph;
+  return d;
+}
+
 /// Moments over independent replicates of the film's mean of the light by unconnectable paths: by walks that hit the
 /// lamp or connect to it, and by merging.
 struct BothWays {
@@ -144,6 +185,12 @@ TEST(VertexMerging, narrow_objects_keep_their_light) {
 TEST(VertexMerging, small_round_objects_keep_their_light) {
   expect_same(unconnectable_light(pebbles_and_mirror(), 16, 8, 1000), 4);
 }
+TEST(VertexMerging, agrees_with_paths_that_hit_the_sun) {
+  expect_same(unconnectable_light(lit_by_sun(0.3f), 16, 8, 2000), 4);
+}
+TEST(VertexMerging, agrees_with_paths_that_hit_a_bright_disc_of_the_sky) {
+  expect_same(unconnectable_light(lit_by_sky(0.99f), 16, 8, 4000), 4);
+}
 TEST(VertexMerging, bounce_limits_apply_to_the_whole_path) {
   const BounceLimits limits[] = {{3, 16, 16, 16, 16, 0}, {16, 1, 1, 3, 16, 0}};
   for (const BounceLimits& bounces : limits) {
@@ -166,6 +213,15 @@ TEST_P(MergingWith, keeps_the_mean_of_path_tracing) {
         << "block " << i / 4 << " channel " << i % 4 << ": path " << expected[i].mean() << ", " << GetParam() << " "
         << actual[i].mean();
   }
+}
+TEST_P(MergingWith, keeps_the_light_of_a_sun) {
+  const SceneDescription d = lit_by_sun(0.3f);
+  static const auto expected = whole(d, "path", 600, 24, 100);
+  const auto actual = whole(d, GetParam(), 160, 16, 200);
+  EXPECT_TRUE(statistical::means_agree(expected, actual, {0.01, 4}))
+      << "path " << expected.mean() << ", " << GetParam() << " " << actual.mean();
+  // The test detects a bias of 4 %.
+  EXPECT_LT(std::sqrt(expected.variance_of_mean() + actual.variance_of_mean()), 0.012 * expected.mean());
 }
 TEST_P(MergingWith, gives_an_image_independent_of_threads_and_of_the_division_into_iterations) {
   SceneDescription d = pane_and_mirror(0.0f);
@@ -220,6 +276,24 @@ TEST(VertexMerging, finds_light_of_lamps_that_cannot_be_hit) {
   EXPECT_GT(with, 1.1 * whole(d, "bdpt", 4, 4, 1).mean());
 }
 
+TEST(VertexMerging, finds_light_of_a_sun_without_extent) {
+  SceneDescription d = lit_by_sun(0.0f);
+  const double with = whole(d, "bdpt", 4, 4, 1).mean();
+  d.settings.vertex_merging = Merging::Off;
+  EXPECT_GT(with, 1.1 * whole(d, "bdpt", 4, 4, 1).mean());
+}
+TEST(VertexMerging, lamps_without_shadows_keep_their_light) {
+  // No walk starts at such a lamp, so that photons would not bring its light.
+  SceneDescription d = pane_and_mirror();
+  d.lights.front().cast_shadow = false;
+  d.lights.push_back(point_light(Vec3(0.0f, 0.2f, 0.9f), 0.01f));
+  const auto with = whole(d, "bdpt", 64, 16, 1);
+  d.settings.vertex_merging = Merging::Off;
+  const auto without = whole(d, "bdpt", 64, 16, 1);
+  EXPECT_TRUE(statistical::means_agree(with, without, {0.01, 1})) << with.mean() << " " << without.mean();
+  EXPECT_LT(std::sqrt(with.variance_of_mean() + without.variance_of_mean()), 0.01 * without.mean());
+}
+
 TEST(VertexMerging, the_plan_gives_the_reason_where_it_is_not_used) {
   SceneDescription d = grey_room();
   d.lights.push_back(area_lamp(Vec3(0.0f, 0.2f, 0.95f), Vec3(0, 0, -1), 0.9f, 8.0f));
@@ -231,7 +305,11 @@ TEST(VertexMerging, the_plan_gives_the_reason_where_it_is_not_used) {
   d = pane_and_mirror();
   d.lights.clear();
   set_world(d, Color(1.0f));
-  EXPECT_STREQ(plan_merging(*build(d)).reason, "no light is at a finite distance");
+  EXPECT_STREQ(plan_merging(*build(d)).reason, "all light comes from wide parts of the sky");
+  EXPECT_STREQ(plan_merging(*build(lit_by_sun(1.0f))).reason, "all light comes from wide parts of the sky");
+  EXPECT_STREQ(plan_merging(*build(lit_by_sky(0.5f))).reason, "all light comes from wide parts of the sky");
+  EXPECT_TRUE(plan_merging(*build(lit_by_sun(0.01f))).used);
+  EXPECT_TRUE(plan_merging(*build(lit_by_sky(0.999f))).used);
 }
 
 }  // namespace ajar::test_vertex_merging
