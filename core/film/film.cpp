@@ -26,8 +26,8 @@ constexpr std::array kShares{"Share BSDF",   "Share Light 1", "Share Light 2", "
                              "Share Lobe 1", "Share Lobe 2",  "Share Lobe 3"};
 
 /// The passes whose light can be splatted, in the order of Film::plane_of_part.
-constexpr std::array kSplattedParts{"DiffDir",  "GlossDir", "TransDir",  "DiffInd",
-                                    "GlossInd", "TransInd", "VolumeDir", "VolumeInd"};
+constexpr std::array kSplattedParts{"DiffDir",  "GlossDir",  "TransDir",  "DiffInd", "GlossInd",
+                                    "TransInd", "VolumeDir", "VolumeInd", "Emit"};
 
 constexpr const char* kDirectHalves = "Direct Halves";
 
@@ -332,10 +332,10 @@ void Film::add_splat(int x, int y, Color value, bool odd, const PathPasses& pass
       add_splat_at(index + pixels_.size() * plane_of_part(part), light, greatest, odd);
   };
   using Part = PathPasses::Part;
-  if (passes.part == Part::VolumeDirect || passes.part == Part::VolumeIndirect)
-    add_to(passes.part == Part::VolumeDirect ? 6 : 7, value);
-  else if (passes.part == Part::Direct || passes.part == Part::Indirect)
+  if (passes.part == Part::Direct || passes.part == Part::Indirect)
     for (size_t k = 0; k < 3; ++k) add_to(k + (passes.part == Part::Direct ? 0 : 3), value * passes.shares[k]);
+  else if (passes.part != Part::Environment)
+    add_to(passes.part == Part::VolumeDirect ? 6 : passes.part == Part::VolumeIndirect ? 7 : 8, value);
 }
 
 void Film::add_splat_at(size_t index, Color value, float largest, bool odd) {
@@ -415,8 +415,10 @@ void Film::resolve_part(const std::string& pass, size_t index, double exposure, 
   const double scale = pixels_[index].count > 0 ? 1.0 / double(pixels_[index].count) : 0.0;
   for (int c = 0; c < 3; ++c) {
     const double color = parts.color[kind][c];
-    if (pass == "Emit" || pass == "Env")
-      out[c] = float((pass == "Emit" ? parts.emission : parts.environment)[c] * scale * exposure);
+    if (pass == "Emit")
+      out[c] = float((parts.emission[c] * scale + splatted_part(8, index, c)) * exposure);
+    else if (pass == "Env")
+      out[c] = float(parts.environment[c] * scale * exposure);
     else if (pass.starts_with("Volume"))
       out[c] = float((parts.volume[indirect][c] * scale + splatted_part(6 + indirect, index, c)) * exposure);
     else if (pass.ends_with("Col"))

@@ -161,8 +161,8 @@ class Film {
   /// Allocates memory for splats. Must be called before the first splat.
   void enable_splats();
   /// Adds a splat to pixel (x, y) of the full frame, from any thread; splats outside the region are ignored. `odd`
-  /// selects one of two independent halves of all splats, for the estimate of the error. Light that is seen directly is
-  /// not splatted.
+  /// selects one of two independent halves of all splats, for the estimate of the error. Light of the environment
+  /// that is seen directly is not splatted.
   void add_splat(int x, int y, Color value, bool odd, const PathPasses& passes = {});
   /// Called between iterations: adds the splats since the last call to the image. `scale` is the factor of the sum of
   /// all splats so far, such as one over the number of light paths per pixel.
@@ -301,7 +301,7 @@ class Film {
   std::unique_ptr<SplatPixel[]> splats_;
   std::array<PendingSplats, 3> pending_;
   double splat_scale_ = 0.0, shown_exposure_ = 1.0;
-  std::array<uint16_t, 8> part_planes_{};
+  std::array<uint16_t, 9> part_planes_{};
   size_t splatted_parts_ = 0;
   int x0_ = 0, y0_ = 0, x1_ = 0, y1_ = 0;
   bool wants_aux_ = false;

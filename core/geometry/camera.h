@@ -82,6 +82,8 @@ class Camera {
     if (row_exposure_ >= 1.0f) return time;
     return row_exposure_ * time + (1.0f - row_exposure_) * (1.0f - float(row) / float(height_));
   }
+  /// Whether rows of the film have times of their own.
+  bool has_rolling_shutter() const { return row_exposure_ < 1.0f; }
   bool has_lens() const { return lens_radius_ > 0.0f; }
   /// The lens of a panorama is perpendicular to each direction, so that its points depend on the film point.
   bool lens_turns() const { return has_lens() && kind_ == CameraKind::Panorama; }

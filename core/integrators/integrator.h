@@ -116,6 +116,7 @@ struct IntegratorInfo {
   bool can_guide = false;              ///< supports path guiding (transport/guiding/path_guide.h)
   bool gathers_photons = false;        ///< stores photons and looks them up
   bool takes_further_samples = false;  ///< see transport/bidirectional/further_samples.h
+  bool samples_lens_light = false;     ///< see transport/bidirectional/lens_light.h
   bool splats = false;                 ///< paths contribute to other pixels than the one in which they start
   bool stores_records = false;         ///< stores irradiance records
   bool bakes = false;                  ///< needs no more of the camera than its rays (CameraKind::Texels)

@@ -60,6 +60,8 @@ class PathTracer final : public Integrator {
     guide_.reset();
     guide_past_.reset();
     guiding_ = plan.guiding;
+    lens_light_.reset();
+    tries_lens_light_ = plan.lens_light;
   }
 
   bool begin_at(uint32_t first) override {
@@ -91,6 +93,8 @@ class PathTracer final : public Integrator {
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     if (scene_->catchers()) film.enable_catchers(scene_->settings().transparent_film);
     if (mixture_ && mixture_->wants_pilot() && !run_pilot(film, stop)) return;
+    if (tries_lens_light_ && !lens_light_) lens_light_ = std::make_unique<LensLight>(*scene_);
+    if (has_lens_light()) film.enable_splats();
     if (!guide_ && wants_guide()) {
       const auto mode = guiding_ == Guiding::On ? PathGuide::Mode::On : PathGuide::Mode::Auto;
       guide_ = std::make_unique<PathGuide>(mode, film.width(), film.height(), kTile, guide_past_.get());
@@ -119,6 +123,10 @@ class PathTracer final : public Integrator {
       statistics.extra["guide_cells"] = double(guide_->tree().cell_count());
       if (guide_->measured_gain() > 0.0) statistics.extra["guide_measured_gain"] = guide_->measured_gain();
     }
+    if (has_lens_light()) {
+      statistics.extra["lens_light_share"] = double(lens_light_->share());
+      statistics.extra["lens_light_trial_rays"] = double(lens_light_->trial_rays());
+    }
     return statistics;
   }
 
@@ -143,6 +151,7 @@ class PathTracer final : public Integrator {
 
  private:
   bool wants_guide() const { return guiding_ != Guiding::Off; }
+  bool has_lens_light() const { return lens_light_ && lens_light_->active(); }
 
   /// Draws training samples that are not part of the image. They end before its first sample, so that all its samples
   /// use the same shares. If the shares changed within a sequence, only the pieces would be stratified, and this loses
@@ -193,6 +202,10 @@ class PathTracer final : public Integrator {
       statistics_.paths += c.paths;
       media_counters_.add(c.media);
     });
+    if (has_lens_light()) {
+      const double mean = film.sample_counts().mean;
+      film.end_splats(mean > 0.0 ? 1.0 / mean : 0.0);
+    }
   }
 
   float time_of_sample(Sampler& sampler, int py) const {
@@ -263,9 +276,11 @@ class PathTracer final : public Integrator {
           Parts& parts = tile.parts;
           begin(parts);
           CaughtPath caught;
-          const PathStart start{*scene_,      ray,          px,
-                                py,           tile.sampler, aux,
-                                tile.counter, ends_early_,  scene_->catchers() ? &caught : nullptr};
+          PathStart start{*scene_,      ray,          px,
+                          py,           tile.sampler, aux,
+                          tile.counter, ends_early_,  scene_->catchers() ? &caught : nullptr};
+          start.lens_light = has_lens_light() ? lens_light_.get() : nullptr;
+          start.film = on_film;
           const auto along = [&](auto medium) {
             return PathWalk<DirectLight, Guide, Medium, Parts>(direct_light, guide, std::move(medium), parts, start)
                 .trace(alpha);
@@ -286,6 +301,8 @@ class PathTracer final : public Integrator {
               guide_->measure(px - film.x0(), py - film.y0(), exposure * luminance(radiance),
                               {exposure * outcome.unguided, outcome.share});
             }
+          if (has_lens_light()) [[unlikely]]
+            sample_lens_light(film, pixel, index, (index + uint32_t(px + py)) & 1, parts, tile.counter);
           const bool added = film.add_sample(px, py, radiance, alpha, aux);
           film.add_rays(px, py, tile.counter.rays - rays_before);
           if (added && film.has_catchers()) [[unlikely]] {
@@ -294,6 +311,38 @@ class PathTracer final : public Integrator {
           }
           if (added) add_to_film(film, px, py, parts);
         });
+  }
+
+  /// Draws the light sample of a sample of a pixel, if it has one. `odd`: the half of the splats.
+  template <class Parts>
+  void sample_lens_light(Film& film, uint32_t pixel, uint32_t index, bool odd, const Parts& parts,
+                         PathCounters& counters) const {
+    const uint32_t seed = hash_combine(seed_, 0x6c656e73U);
+    if (!(to_unit_float(hash_combine(hash_combine(seed, pixel), index)) < lens_light_->share())) return;
+    Sampler sampler(Sampler::Kind::Sobol, seed);
+    sampler.start(index, pixel);  // one sequence over the film
+    auto splat = lens_light_->sample(sampler, counters.rays);
+    if (!splat) return;
+    if (media_) {
+      const Ray& ray = splat->ray;
+      const MediaStack around = media_->around(ray.origin + ray.t_min * ray.direction, ray.time, counters.media);
+      Pcg32 rng(hash_combine(seed, pixel), index);
+      const float distance = glm::dot(splat->met.position - ray.origin, ray.direction);
+      if (!around.empty())
+        splat->light *= media_->transmittance({around, ray, distance, ShadingPoint(), kRayCamera}, rng, counters.media);
+    }
+    const RenderSettings& settings = scene_->settings();
+    const Vec2 u = sampler.get_2d();
+    const auto column = filter_.place(splat->film.x, 0, settings.width, u.x),
+               row = filter_.place(splat->film.y, 0, settings.height, u.y);
+    PathPasses passes;
+    passes.is_direct = true;
+    if constexpr (std::is_same_v<Parts, LightPasses>) {
+      passes.part = PathPasses::Part::Emission;
+      passes.group = parts.shown(splat->object ? scene_->light_group_of(*splat->object)
+                                               : scene_->light_group(splat->met.light));
+    }
+    film.add_splat(column.pixel, row.pixel, splat->light * (column.weight * row.weight), odd, passes);
   }
 
   /// The part of a sample in the composite with shadow catchers. Where the path met a catcher, a second path meets it in
@@ -345,7 +394,8 @@ class PathTracer final : public Integrator {
   std::unique_ptr<Media> media_;                       // null: no media
   std::unique_ptr<Media> media_of_catchers_;           // of Scene::catchers; null: no media
   MediaCounters media_counters_;
-  bool ends_early_ = false;
+  bool ends_early_ = false, tries_lens_light_ = false;
+  std::unique_ptr<LensLight> lens_light_;  // null: not tried; it may be inactive
   Guiding guiding_ = Guiding::Off;
   float pilot_samples_ = 1.0f;  // per pixel, in each iteration of the pilot of direct light
   uint64_t pilot_rays_ = 0;

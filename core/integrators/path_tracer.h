@@ -3,7 +3,8 @@
 // Computes the radiance of every pixel by paths from the eye [Kajiya 1986; Veach 1997, chapter 9]. Unbiased (without
 // clamping). It is the reference for all other integrators, and the best choice for open scenes and visible lights. It
 // finds caustics of small lights and light behind narrow openings only with small probability, and never finds delta
-// lights behind specular surfaces. Media between surfaces: transport/media/media.h; then the default method samples
+// lights behind specular surfaces. Small lights out of focus are found by light samples as well
+// (transport/bidirectional/lens_light.h). Media between surfaces: transport/media/media.h; then the default method samples
 // direct light. With guiding (transport/guiding/path_guide.h), directions at surfaces and in media are drawn from a
 // learned mixture. This is unbiased too, and better where most light comes from few directions that light sampling does
 // not reach.

@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "transport/bidirectional/lens_light.h"
 #include "transport/direct/direct_estimator.h"
 #include "transport/direct/media_light.h"
 #include "transport/direct/path_start.h"
@@ -164,6 +165,18 @@ class PathWalk {
     return flags.partial() ? kinds_.throughput(flags.visibility) : Color(1.0f);
   }
 
+  /// The weight of light that the camera sees directly, against light samples.
+  [[gnu::always_inline]] float weight_at_lens(const LightMet& met) {
+    if (!start_.lens_light) [[likely]]
+      return 1.0f;
+    return weight_against_light_samples(met);
+  }
+  [[gnu::noinline]] float weight_against_light_samples(const LightMet& met) {
+    const bool passed_something = walk_.ray.travelled > 0.0f || walk_.point.portal_depth > 0;
+    if (!walk_.seen_directly() || passed_something) return 1.0f;
+    return start_.lens_light->weight_of_hit(start_.film, walk_.ray, met, sampler_, start_.counters.rays);
+  }
+
   [[gnu::always_inline]] void add_met(const LightMet& met) {
     note_light(met.light);
     if constexpr (kParts) {
@@ -182,7 +195,7 @@ class PathWalk {
             {medium_.stack, ray, glm::dot(met.position - ray.origin, ray.direction), walk_.point, walk_.point.ray_kind},
             medium_.rng, medium_.counters);
     }
-    add(arriving * weight_of_hit(met.light, met.position, met.normal), walk_.point.ray_depth);
+    add(arriving * (weight_of_hit(met.light, met.position, met.normal) * weight_at_lens(met)), walk_.point.ray_depth);
   }
 
   // ---- Media: path_walk_media.h --------------------------------------------------------------
@@ -211,7 +224,8 @@ class PathWalk {
       Color throughput = beta_;
       const float weight = walk_.emission_weight([&](uint32_t light, Vec3 position, Vec3 normal) {
         throughput = throughput_to(light);
-        return weight_of_hit(light, position, normal);
+        return weight_of_hit(light, position, normal) *
+               weight_at_lens({light, walk_.shading.emission, position, normal});
       });
       add(throughput * walk_.shading.emission * weight, point.ray_depth);
     }

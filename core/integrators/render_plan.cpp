@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "integrators/integrator.h"
+#include "transport/bidirectional/lens_light.h"
 #include "transport/direct/light_cut_cache.h"
 
 namespace ajar {
@@ -105,6 +106,13 @@ class Planner {
     const bool lens = scene_.camera().has_lens();
     add("depth of field", lens, lens ? "the camera has an aperture" : "the camera is a pinhole",
         "two random numbers a sample");
+    const char* const against = LensLight::reason_against(scene_);
+    plan_.lens_light = integrator_.samples_lens_light && !*against;
+    add("small lights out of focus", plan_.lens_light,
+        !integrator_.samples_lens_light ? "this integrator finds them by camera rays"
+        : *against                      ? against
+                                        : "a trial looks for lights that few camera rays would hit",
+        "a light sample for each sample, or for a part of them, if the trial finds such lights");
     const uint64_t moving = built.moving_instances;
     const std::string instances = number(moving) + (moving == 1 ? " object moves" : " objects move");
     add("motion keys", scene_.moves(),

@@ -40,6 +40,7 @@ struct RenderPlan {
   bool ends_early = false;
   DirectPlan direct;
   Guiding guiding = Guiding::Off;  ///< of path tracing
+  bool lens_light = false;         ///< path tracing tries transport/bidirectional/lens_light.h
   bool merging = false;            ///< paths that cannot be connected are merged with photons
   PhotonPlan photons;
   std::shared_ptr<const AttachedHints> hints;  ///< of the scene; never null

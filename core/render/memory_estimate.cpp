@@ -186,7 +186,8 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
     guide.bytes = PathGuide::estimated_bytes(pixels, s.samples > 0 ? uint64_t(s.samples) : ~uint64_t(0));
   // At most one record for four pixels.
   if (integrator.stores_records) records.bytes = pixels / 4 * IrradianceRecords::kBytesPerRecord;
-  film.bytes = pixels * Film::bytes_per_pixel(s.passes, integrator.splats);
+  const bool splats = integrator.splats || (integrator.samples_lens_light && d.camera.aperture_radius > 0.0f);
+  film.bytes = pixels * Film::bytes_per_pixel(s.passes, splats);
   if (integrator.automatic && s.denoised && can_mix(s.passes))
     film.bytes += pixels * Film::bytes_per_pixel(Mixture::passes_of_others(s.passes), true);
   if (integrator.takes_further_samples) film.bytes += pixels * FurtherSamples::bytes_per_pixel();

@@ -9,6 +9,8 @@
 
 namespace ajar {
 
+class LensLight;  // transport/bidirectional/lens_light.h
+
 /// Dimensions of the path tracer's sampler: those of the camera, then a fixed number for each vertex, at these offsets.
 struct PathDimensions {
   static constexpr uint32_t kTime = 4, kCamera = 6, kVertex = 8;
@@ -38,6 +40,9 @@ struct PathStart {
   PathCounters& counters;
   bool ends_early;               ///< RenderPlan::ends_early
   CaughtPath* caught = nullptr;  ///< null: the scene has no shadow catchers
+  /// Shares the light that the camera sees directly with light samples; null: camera rays find all of it.
+  const LensLight* lens_light = nullptr;
+  Vec2 film{0.0f};  ///< point of the ray, for lens_light
 };
 
 }  // namespace ajar
