@@ -68,6 +68,9 @@ constexpr double kEasyRelmse = 0.05;
 /// Path tracing finds most of the light if the same sum is below this and the second technique is hopeless. Path guiding
 /// is not measured then.
 constexpr double kModerateRelmse = 0.3;
+/// relMSE by light that path tracing misses and the second technique finds, from which on all techniques are tried. The
+/// second one can be wrong: photons blur.
+constexpr double kLeastMissed = 0.01;
 
 /// A denoised image is path traced unless the expected gain of another technique is this.
 constexpr double kLeastGain = 1.15;
@@ -277,6 +280,13 @@ std::vector<const Candidate*> candidates_of(const Scene& scene, std::string& lef
   return candidates;
 }
 
+/// Whether the second technique finds light in both of its images that path tracing finds in neither. Small lights that
+/// are focused are not noise in short renders of path tracing: their light is not there.
+bool misses_light(const Pilot& path, const Pilot& second, const RenderSettings& small) {
+  const std::vector<float> light = max_light({&path, &second}, small.width, small.height);
+  return unseen_noise_of(path, second, light, small.width, small.height) > kLeastMissed * kUnseenPixels;
+}
+
 struct Trials {
   std::vector<TechniqueTrial> trials;  ///< of the first techniques in the order
   bool finds_light = false;            ///< path tracing has found nearly all light
@@ -290,6 +300,7 @@ Trials run_trials(const Tried& tried, std::span<const Candidate* const> candidat
   Trials all;
   std::vector<Pilot> pilots;
   double unfound = 0.0;
+  const bool may_focus_light = plan_photons(*tried.scene).caustic;
   for (const Candidate* candidate : candidates) {
     pilots.push_back(run_pilot(*candidate, tried, small, stop));
     if (stop.load()) break;
@@ -298,6 +309,13 @@ Trials run_trials(const Tried& tried, std::span<const Candidate* const> candidat
       all.rays_asked = samples_asked * pilots[0].rays / (kPilotSamples * double(small.width) * small.height);
       unfound = all.trials[0].relmse + unlit_share(*tried.scene, pilots[0]);
       all.finds_light = unfound < kEasyRelmse;
+      if (all.finds_light && !may_focus_light) break;
+    }
+    if (pilots.size() == 2 && candidate == order_of(asked)[1]) {
+      if (misses_light(pilots[0], pilots[1], small)) {
+        all.finds_light = false;
+        continue;
+      }
       if (all.finds_light) break;
     }
     // Chains and photons are efficient if light is hard to find from the eye. The second technique is the one that says

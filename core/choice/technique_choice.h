@@ -8,7 +8,10 @@
 // that it keeps would prefer those that missed something bright.
 //
 // The pilot is skipped if it cannot be efficient, because nothing can bounce or few samples are requested. It ends
-// early if path tracing has a small error, or if the second technique is hopeless.
+// early if path tracing has a small error, or if the second technique is hopeless. Where surfaces may focus light, the
+// second technique is tried in any case: focused light of small lamps and suns is no noise in short renders of path
+// tracing, because it is not there. If the second technique finds light in both of its images that path tracing misses,
+// all techniques are tried.
 //
 // If the image will be denoised (RenderSettings::denoised), the noise that counts is the noise that a denoiser leaves:
 // that of means over small windows. Independent noise nearly vanishes there, that of chains does not. The prediction

@@ -40,6 +40,20 @@ SceneDescription bulb_in_glass() {
   return d;
 }
 
+/// A pool: a floor below a pane of glass, lit by a small sun and by the sky. Paths find the light of the sky with little
+/// noise, and never that of the sun.
+SceneDescription sunny_pool() {
+  SceneDescription d = open_scene();
+  MeshDescription pane = cube();
+  for (Vec3& p : pane.positions) p.z *= 0.1f;
+  add_object(d, pane, add_glass(d, 0.0f), moved(Vec3(0.0f, 0.0f, 0.5f), 3.0f));
+  d.lights.front().kind = LightKind::Sun;
+  d.lights.front().energy = 5.0f;
+  d.lights.front().sun_angle = 0.005f;
+  set_world(d, Color(0.3f));
+  return d;
+}
+
 TechniqueChoice choose(SceneDescription d, int threads = 1, bool may_mix = false) {
   d.settings.samples = 256;
   d.settings.integrator = "auto";
@@ -103,6 +117,15 @@ TEST(TechniqueChoice, a_denoised_image_of_occluded_light_tries_all_techniques) {
   }
 }
 
+TEST(TechniqueChoice, light_that_paths_never_find_is_not_taken_for_light_without_noise) {
+  SceneDescription d = sunny_pool();
+  d.settings.denoised = true;
+  const TechniqueChoice choice = choose(d);
+  EXPECT_EQ(choice.settings.integrator, "bdpt");
+  // Without the sun, path tracing finds all light.
+  d.lights.clear();
+  EXPECT_EQ(choose(d).settings.integrator, "path");
+}
 TEST(TechniqueChoice, only_a_denoised_image_has_several_techniques) {
   for (const bool denoised : {false, true})
     for (const bool may_mix : {false, true}) {
