@@ -30,6 +30,7 @@ constexpr float kComparable = 0.5f;  // of the luminance: what a probe must find
 
 const char* LensLight::reason_against(const Scene& scene) {
   if (!scene.camera().has_lens()) return "the camera has no aperture";
+  if (scene.camera().is_orthographic()) return "the camera is orthographic";
   if (!joins_lens(scene)) return "lights cannot be joined to the lens of this camera";
   if (scene.moves() && scene.camera().has_rolling_shutter()) return "the camera has a rolling shutter";
   if (!scene.lights().can_choose()) return "no light can be sampled";
@@ -131,7 +132,7 @@ std::optional<LensLight::Found> LensLight::find(uint32_t branch, float u_light, 
   if (!film || !(film->x >= -margin_ && film->y >= -margin_ && film->x <= float(camera.width()) + margin_ &&
                  film->y <= float(camera.height()) + margin_))
     return {};
-  Found found{leave_lens(scene, *film, lens), *film, lens.point.barycentric, {}, nullptr};
+  Found found{leave_lens(scene, *film, lens), *film, {}, nullptr};
   if (sees_nothing(found.ray)) return {};
   bool meets = false;
   meet_along(found.ray, rays, [&](const LightMet& met, const ObjectDescription* object) {

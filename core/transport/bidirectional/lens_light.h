@@ -6,12 +6,12 @@
 // 9.2]. Where all rays of a pixel hit a light, camera rays have no variance, whatever the densities of the two are.
 // Therefore three probes decide first: rays through film points near that of the sample, and through other points of the
 // lens. If two of them find light at least half as strong, camera rays have the whole weight; else, the power heuristic
-// decides.
-// Both kinds of samples draw their probes in the same way and independently of the sample, so that the expectations of
-// the two weights of a ray add up to 1, and the estimate is unbiased.
+// decides. Both kinds of samples draw their probes in the same way and independently of the sample, so that the
+// expectations of the two weights of a ray add up to 1, and the estimate is unbiased.
 //
 // A trial before the render finds the branches of the light tree that hold such lights. The other lights stay with camera
-// rays, without probes. Not for cameras without a lens, and not for light past transparent surfaces and boundaries of media.
+// rays, without probes. Not for orthographic cameras and panoramas, and not for light past transparent surfaces and
+// boundaries of media.
 #pragma once
 
 #include <optional>
@@ -60,7 +60,7 @@ class LensLight {
   /// A camera ray to a light that was sampled from the lens, with what it has met.
   struct Found {
     Ray ray;
-    Vec2 film, lens;
+    Vec2 film;
     LightMet met;
     const ObjectDescription* object;
   };

@@ -133,6 +133,9 @@ TEST(LensLight, is_not_used_where_camera_rays_find_all_lights) {
   EXPECT_STREQ(LensLight::reason_against(*build(d)), "the camera has no aperture");
   EXPECT_FALSE(make_render_plan(*build(d)).lens_light);
   d = lights_behind();
+  d.camera.kind = CameraKind::Orthographic;
+  EXPECT_FALSE(make_render_plan(*build(d)).lens_light);
+  d = lights_behind();
   EXPECT_TRUE(make_render_plan(*build(d)).lens_light);
   // The panel that is in focus.
   d.lights.clear();
