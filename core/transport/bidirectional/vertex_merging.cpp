@@ -71,7 +71,8 @@ MergingPlan plan_merging(const Scene& scene) {
   if (scene.settings().bounces.total < 2) return {false, "the bounce limits leave nothing to merge"};
   if (!specular) return {false, "no specular material"};
   if (!rough) return {false, "all surfaces are mirrors or clear glass"};
-  if (!any_sends_photons(scene)) return {false, "all light comes from wide parts of the sky"};
+  if (!any_sends_photons(scene))
+    return {false, "no light sends photons: an even sky, wide suns and lamps without shadows do not"};
   return {true, "caustics may be seen in mirrors or through glass"};
 }
 

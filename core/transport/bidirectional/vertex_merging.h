@@ -12,8 +12,9 @@
 // The estimate is consistent: each pass has its own photons, and radii decrease from pass to pass [Knaus and Zwicker
 // 2011]. The light of a photon is divided by the surface that exists around it (photon_discs.h). Lamps, emissive
 // triangles, suns and the bright spots of the environment send photons (sends_photons, path_vertex.h). Paths from even
-// parts of the sky and from wide suns are left to the walks from the eye, which find them well. Limits of bounces apply
-// to the whole path. At surfaces that mix kinds of lobes, the photon counts as the kind of the lobe that it drew.
+// parts of the sky and from wide suns are left to the walks from the eye, which find them well, and so are those from
+// lamps at which no walk starts (LightFlags::starts_walks). Limits of bounces apply to the whole path. At surfaces that
+// mix kinds of lobes, the photon counts as the kind of the lobe that it drew.
 #pragma once
 
 #include <atomic>
