@@ -311,18 +311,16 @@ Trials run_trials(const Tried& tried, std::span<const Candidate* const> candidat
       all.finds_light = unfound < kEasyRelmse;
       if (all.finds_light && !may_focus_light) break;
     }
-    if (pilots.size() == 2 && candidate == order_of(asked)[1]) {
-      if (misses_light(pilots[0], pilots[1], small)) {
-        all.finds_light = false;
-        continue;
-      }
-      if (all.finds_light) break;
+    if (pilots.size() != 2 || candidate != order_of(asked)[1]) continue;
+    if (misses_light(pilots[0], pilots[1], small)) {
+      all.finds_light = false;
+      continue;
     }
+    if (all.finds_light) break;
     // Chains and photons are efficient if light is hard to find from the eye. The second technique is the one that says
     // more about the others: a denoiser handles the noise of photons much better than that of chains.
     const double hopeless = asked.denoised ? kHopelessPhotons : kHopelessChains;
-    if (pilots.size() == 2 && candidate == order_of(asked)[1] &&
-        is_hopeless(all.trials[1].cost, all.trials[0].cost, hopeless)) {
+    if (is_hopeless(all.trials[1].cost, all.trials[0].cost, hopeless)) {
       all.finds_light = unfound < kModerateRelmse;
       if (all.finds_light || !asked.denoised) break;
     }

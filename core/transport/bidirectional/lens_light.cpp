@@ -60,20 +60,16 @@ LensLight::LensLight(const Scene& scene)
     Sampler sampler(Sampler::Kind::Sobol, hash_combine(kTrialSeed, uint32_t(i)));
     for (uint32_t k = 0; k < kTries; ++k) {
       sampler.start(0, k);
-      const float u_light = sampler.get_1d(), u_time = sampler.get_1d();
-      const Vec2 u_position = sampler.get_2d(), u_lens = sampler.get_2d();
-      const float time = scene.moves() ? camera.time_of(u_time) : 0.0f;
-      const auto found = find(cut[i].id, u_light, u_position, u_lens, time, outcome.rays);
+      const auto found = find(cut[i].id, sampler, outcome.rays);
       if (!found) continue;
       ++outcome.found;
       bool rare = true;
       for (int round = 0; round < kRoundsOfTrial && rare; ++round)
-        rare = !probes_find(found->film, time, found->met.radiance, sampler, outcome.rays);
-      const float density = density_in(cut[i].id, found->ray, found->met),
-                  film_density = camera.film_density(found->ray.direction, time);
-      if (!rare || !(density > 0.0f)) continue;
+        rare = !probes_find(found->film, found->ray.time, found->met.radiance, sampler, outcome.rays);
+      const float ratio = density_ratio({cut[i].id}, found->ray, found->met);
+      if (!rare || !(ratio > 0.0f)) continue;
       ++outcome.rare;
-      outcome.light += double(luminance(glm::abs(found->met.radiance)) * film_density / density);
+      outcome.light += double(luminance(glm::abs(found->met.radiance)) / ratio);
       const int x = std::clamp(int(found->film.x / float(s.width) * kCells), 0, kCells - 1),
                 y = std::clamp(int(found->film.y / float(s.height) * kCells), 0, kCells - 1);
       outcome.cells.set(size_t(y) * kCells + size_t(x));
@@ -117,12 +113,13 @@ void LensLight::meet_along(const Ray& ray, uint64_t& rays, Visit&& visit) const 
     visit(LightMet{uint32_t(light), walk.shading.emission, walk.point.position, walk.point.ng}, walk.point.object);
 }
 
-std::optional<LensLight::Found> LensLight::find(uint32_t branch, float u_light, Vec2 u_position, Vec2 u_lens,
-                                                float time, uint64_t& rays) const {
+std::optional<LensLight::Found> LensLight::find(uint32_t branch, Sampler& sampler, uint64_t& rays) const {
   const Scene& scene = *scene_;
   const Camera& camera = scene.camera();
+  const float u_light = sampler.get_1d(), time = sample_time(scene, sampler);
+  const Vec2 u_position = sampler.get_2d();
   PathVertex lens;
-  make_lens_vertex(scene, u_lens, time, lens);
+  make_lens_vertex(scene, sampler.get_2d(), time, lens);
   const LightSet::Choice choice = scene.lights().choose_in(branch, lens.position(), camera.forward(), u_light);
   if (!(choice.pmf > 0.0f)) return {};
   const auto light = scene.lights().sample_li(choice.light, lens.position(), u_position, time);
@@ -159,12 +156,14 @@ bool LensLight::probes_find(Vec2 film, float time, Color radiance, Sampler& samp
   return found >= kMajority;
 }
 
-float LensLight::density_in(uint32_t branch, const Ray& ray, const LightMet& met) const {
+float LensLight::density_ratio(const Branch& branch, const Ray& ray, const LightMet& met) const {
   const LightSet& lights = scene_->lights();
+  const Camera& camera = scene_->camera();
   const float distance = glm::dot(met.position - ray.origin, ray.direction);
   if (!(distance > 0.0f) || !std::isfinite(distance)) return 0.0f;
-  return lights.pmf_in(branch, ray.origin, scene_->camera().forward(), met.light) *
-         lights.pdf_li(met.light, ray.origin, ray.direction, distance, met.normal, ray.time);
+  const float density = branch.pmf * lights.pmf_in(branch.id, ray.origin, camera.forward(), met.light) *
+                        lights.pdf_li(met.light, ray.origin, ray.direction, distance, met.normal, ray.time);
+  return share_ * pixels_ * density / camera.film_density(ray.direction, ray.time);
 }
 
 const LensLight::Branch* LensLight::branch_of(uint32_t light) const {
@@ -175,15 +174,11 @@ const LensLight::Branch* LensLight::branch_of(uint32_t light) const {
 }
 
 std::optional<LensLight::Splat> LensLight::sample(Sampler& sampler, uint64_t& rays) const {
-  const float u_branch = sampler.get_1d(), u_light = sampler.get_1d(), u_time = sampler.get_1d();
-  const Vec2 u_position = sampler.get_2d(), u_lens = sampler.get_2d();
-  const auto branch = std::upper_bound(branches_.begin(), branches_.end() - 1, u_branch,
+  const auto branch = std::upper_bound(branches_.begin(), branches_.end() - 1, sampler.get_1d(),
                                        [](float u, const Branch& b) { return u < b.cumulative; });
-  const float time = scene_->moves() ? scene_->camera().time_of(u_time) : 0.0f;
-  const auto found = find(branch->id, u_light, u_position, u_lens, time, rays);
-  if (!found || probes_find(found->film, time, found->met.radiance, sampler, rays)) return {};
-  const float ratio = share_ * pixels_ * branch->pmf * density_in(branch->id, found->ray, found->met) /
-                      scene_->camera().film_density(found->ray.direction, time);
+  const auto found = find(branch->id, sampler, rays);
+  if (!found || probes_find(found->film, found->ray.time, found->met.radiance, sampler, rays)) return {};
+  const float ratio = density_ratio(*branch, found->ray, found->met);
   if (!(ratio > 0.0f)) return {};
   return Splat{found->film, found->met.radiance * (weight_of_sample(ratio) / ratio), found->ray, found->met,
                found->object};
@@ -192,8 +187,7 @@ std::optional<LensLight::Splat> LensLight::sample(Sampler& sampler, uint64_t& ra
 float LensLight::weight_of_hit(Vec2 film, const Ray& ray, const LightMet& met, Sampler& sampler, uint64_t& rays) const {
   const Branch* branch = branch_of(met.light);
   if (!branch) return 1.0f;
-  const float ratio = share_ * pixels_ * branch->pmf * density_in(branch->id, ray, met) /
-                      scene_->camera().film_density(ray.direction, ray.time);
+  const float ratio = density_ratio(*branch, ray, met);
   if (!(ratio > 0.0f)) return 1.0f;
   sampler.set_dimension(kProbeDimension);
   if (probes_find(film, ray.time, met.radiance, sampler, rays)) return 1.0f;

@@ -47,7 +47,7 @@ class LensLight {
   /// One light sample, for a sampler that was started for it. Counts its rays.
   std::optional<Splat> sample(Sampler& sampler, uint64_t& rays) const;
 
-  /// The weight of a camera ray through this film point, which has met a light of `radiance` with nothing in between.
+  /// The weight of a camera ray through this film point, which has met a light with nothing in between.
   /// Draws its probes from the dimensions of `sampler` from kProbeDimension on.
   float weight_of_hit(Vec2 film, const Ray& ray, const LightMet& met, Sampler& sampler, uint64_t& rays) const;
   static constexpr uint32_t kProbeDimension = 24576;
@@ -55,7 +55,7 @@ class LensLight {
  private:
   struct Branch {
     uint32_t id;
-    float pmf, cumulative;
+    float pmf = 1.0f, cumulative = 1.0f;
   };
   /// A camera ray to a light that was sampled from the lens, with what it has met.
   struct Found {
@@ -64,19 +64,17 @@ class LensLight {
     LightMet met;
     const ObjectDescription* object;
   };
-  std::optional<Found> find(uint32_t branch, float u_light, Vec2 u_position, Vec2 u_lens, float time,
-                            uint64_t& rays) const;
+  std::optional<Found> find(uint32_t branch, Sampler& sampler, uint64_t& rays) const;
   /// Calls visit(met, object) for each light that the ray meets before anything else.
   template <class Visit>
   void meet_along(const Ray& ray, uint64_t& rays, Visit&& visit) const;
   /// Whether two of three probes around this film point find light of at least half the luminance.
   bool probes_find(Vec2 film, float time, Color radiance, Sampler& sampler, uint64_t& rays) const;
-  /// Density per solid angle with which the light of this ray is sampled in a branch.
-  float density_in(uint32_t branch, const Ray& ray, const LightMet& met) const;
+  /// The density with which light samples of a branch find the light of this ray, over that of camera rays.
+  float density_ratio(const Branch& branch, const Ray& ray, const LightMet& met) const;
   /// Null: camera rays alone find the light.
   const Branch* branch_of(uint32_t light) const;
-  /// The weight of a light sample against camera rays, if probes do not find the light. `ratio`: of the densities of light
-  /// samples and of camera rays.
+  /// The weight of a light sample against camera rays, if probes do not find the light. `ratio`: density_ratio.
   static float weight_of_sample(float ratio) { return ratio * ratio / (1.0f + ratio * ratio); }
 
   const Scene* scene_;

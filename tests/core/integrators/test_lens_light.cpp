@@ -12,14 +12,6 @@ namespace {
 
 constexpr int kSize = 48;
 
-int add_emissive(SceneDescription& d, Color color, float strength) {
-  GraphBuilder b;
-  b.graph.surface = {
-      b.node("ShaderNodeEmission", {value_input("Color", Vec4(color, 1.0f)), value_input("Strength", strength)}),
-      "Emission"};
-  return add_material(d, b);
-}
-
 /// A floor in the plane of focus, with lights far behind it: a ball lamp, an emissive ball and an emissive ball behind a
 /// pane that is half transparent. An emissive panel is in focus.
 SceneDescription lights_behind(float radius = 0.08f) {
@@ -29,10 +21,10 @@ SceneDescription lights_behind(float radius = 0.08f) {
   d.camera.focus_distance = 1.0f;
   d.settings.bounces = {2, 2, 2, 2, 2, 8};
   add_object(d, plane(0.5f), add_diffuse(d, Color(0.5f)), moved(Vec3(0.0f, 0.0f, -0.1f)));
-  add_object(d, plane(0.05f), add_emissive(d, Color(1.0f, 0.9f, 0.8f), 2.0f),
+  add_object(d, plane(0.05f), add_diffuse(d, Color(0.0f), Color(2.0f, 1.8f, 1.6f)),
              shining(Vec3(0.2f, 0.0f, 0.05f), Vec3(0.0f, 1.0f, 0.0f)));
   d.lights.push_back(point_light(Vec3(-1.5f, 6.0f, 1.5f), 60.0f, radius));
-  const int bulb = add_emissive(d, Color(1.0f, 0.6f, 0.2f), 0.5f / (radius * radius));
+  const int bulb = add_diffuse(d, Color(0.0f), Color(0.5f, 0.3f, 0.1f) / (radius * radius));
   add_object(d, sphere(), bulb, moved(Vec3(1.2f, 6.0f, 1.4f), radius));
   add_object(d, sphere(), bulb, moved(Vec3(0.0f, 8.0f, 3.0f), radius));
   GraphBuilder b;

@@ -305,12 +305,9 @@ TEST(VertexMerging, the_plan_gives_the_reason_where_it_is_not_used) {
   d = pane_and_mirror();
   d.lights.clear();
   set_world(d, Color(1.0f));
-  EXPECT_STREQ(plan_merging(*build(d)).reason,
-               "no light sends photons: an even sky, wide suns and lamps without shadows do not");
-  EXPECT_STREQ(plan_merging(*build(lit_by_sun(1.0f))).reason,
-               "no light sends photons: an even sky, wide suns and lamps without shadows do not");
-  EXPECT_STREQ(plan_merging(*build(lit_by_sky(0.5f))).reason,
-               "no light sends photons: an even sky, wide suns and lamps without shadows do not");
+  for (const SceneDescription& wide : {d, lit_by_sun(1.0f), lit_by_sky(0.5f)})
+    EXPECT_STREQ(plan_merging(*build(wide)).reason,
+                 "no light sends photons: an even sky, wide suns and lamps without shadows do not");
   EXPECT_TRUE(plan_merging(*build(lit_by_sun(0.01f))).used);
   EXPECT_TRUE(plan_merging(*build(lit_by_sky(0.999f))).used);
 }
