@@ -86,8 +86,9 @@ class PathWalk {
     if (start_.caught && (walk_.seen_directly() || walk_.clear)) [[unlikely]]
       meet_catcher();
     walk_.point.channel_weights = kMedia ? glm::abs(beta_) : beta_;
+    if (!program.emits() && !survives_due_roulette()) return false;
     program.evaluate_surface(walk_.point, walk_.shading);
-    return meet_surface() && enter_surface() && scatter();
+    return meet_surface() && survives_due_roulette() && enter_surface() && scatter();
   }
 
   // ---- Light that is found -------------------------------------------------------------------
@@ -327,7 +328,10 @@ class PathWalk {
     at_bounce_limit_ = past_limits(point, settings_.bounces);
     // At the limit only lights would count, and light sampling has counted them already.
     if (at_bounce_limit_ && here.complete && !sample->specular && start_.ends_early) return false;
-    if (point.ray_depth > kSafeBounces && !survives_roulette(base_)) return false;
+    if (point.ray_depth > kSafeBounces) {
+      roulette_is_due_ = sample->roughness < kSharp;
+      if (!roulette_is_due_ && !survives_roulette(base_)) return false;
+    }
     if constexpr (kMedia) medium_.chose = false;
     previous_ = here;
     previous_.bsdf_pdf = sample->specular ? 0.0f : sample->pdf_solid_angle;
@@ -379,6 +383,14 @@ class PathWalk {
       return survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base + D::kRoulette, beta_);
   }
 
+  /// Light that sharp lobes reflect is found by such rays alone. If roulette came before the ray, light that is reflected
+  /// faintly would be found rarely and with a large weight. So it comes after the light that the ray finds.
+  [[gnu::always_inline]] bool survives_due_roulette() {
+    if (!roulette_is_due_) return true;
+    roulette_is_due_ = false;
+    return survives_roulette(base_);
+  }
+
   /// Weights are negative where majorants are exceeded.
   static float largest(Color c) { return max_component(kMedia ? glm::abs(c) : c); }
 
@@ -426,6 +438,9 @@ class PathWalk {
   }
 
   static constexpr int kSafeBounces = 1;  ///< without Russian roulette
+  /// Roughness of a sampled lobe below which Russian roulette waits for the end of the ray. At rougher lobes, light
+  /// samples have most of the weight.
+  static constexpr float kSharp = 0.3f;
 
   const DirectLight& direct_light_;
   const Guide& guide_;
@@ -447,7 +462,8 @@ class PathWalk {
   int vertex_ = 0, material_ = 0;
   /// For the part of direct paths: whether the last bounce, and any one before it, was not at a delta lobe.
   bool rough_last_ = false, rough_before_ = false;
-  uint32_t base_ = 0;  ///< first dimension of the vertex
+  bool roulette_is_due_ = false;  ///< at the next surface
+  uint32_t base_ = 0;             ///< first dimension of the vertex
   /// For light passes: the first scattering event, and the group of the light that is added next.
   [[no_unique_address]] std::conditional_t<kParts, PathPasses, NoParts> first_;
   int group_ = -1;

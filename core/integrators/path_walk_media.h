@@ -118,6 +118,7 @@ bool PathWalk<DirectLight, Guide, Medium, Parts>::scatter_in_medium(const Medium
   ++point.ray_depth;
   at_bounce_limit_ = point.ray_depth > settings_.bounces.total || ++medium_.depth > settings_.bounces.volume;
   point.ray_kind = kRayVolumeScatter;
+  roulette_is_due_ = false;
   if (point.ray_depth > kSafeBounces && !survives_roulette(base)) return false;
   previous_ = DirectVertex();
   previous_.bsdf_pdf = sample.pdf_phase;

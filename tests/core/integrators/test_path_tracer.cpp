@@ -5,7 +5,7 @@
 #include "integrators/integrator.h"
 #include "math/statistics.h"
 #include "render/session.h"
-#include "scene_fixtures.h"
+#include "transport_scenes.h"
 
 namespace ajar::test_path_tracer {
 
@@ -114,6 +114,23 @@ TEST(PathTracer, bounce_limit_zero_is_direct_light_only) {
 }
 
 // tests/timing measures how soon a render stops. This test checks that it stops and keeps its image.
+/// A wall that a lamp lights by way of a dark polished floor only: a card is between the lamp and the wall.
+TEST(PathTracer, light_in_a_dim_reflection_does_not_get_the_weight_of_russian_roulette) {
+  constexpr float kWall = 0.5f, kFloor = 0.04f, kLamp = 100.0f;
+  SceneDescription d;
+  set_camera(d, Vec3(0.0f, 0.5f, 1.0f), Vec3(0.0f, 1.0f, 1.0f), 32);
+  d.settings.bounces = {2, 2, 2, 2, 2, 8};
+  add_object(d, plane(2.0f), add_glossy(d, 0.05f, Color(kFloor)));
+  add_object(d, plane(1.0f), add_diffuse(d, Color(0.0f)), shining(Vec3(0.0f, 0.4f, 1.8f), Vec3(0.0f, 1.0f, 0.0f)));
+  add_object(d, plane(2.0f), add_diffuse(d, Color(kWall)), shining(Vec3(0.0f, 1.0f, 2.0f), Vec3(0.0f, 1.0f, 0.0f)));
+  add_object(d, plane(0.2f), add_diffuse(d, Color(0.0f), Color(kLamp)), moved(Vec3(0.0f, 0.0f, 1.5f)));
+  const auto image = render(d, 1);
+  float brightest = 0.0f;
+  for (size_t i = 0; i < image.size(); i += 4) brightest = std::max(brightest, image[i]);
+  EXPECT_GT(brightest, 0.5f * kWall * kFloor * kLamp);
+  EXPECT_LT(brightest, 1.5f * kWall * kFloor * kLamp);
+}
+
 TEST(Session, cancel_stops_a_render_and_keeps_its_image) {
   SceneDescription d = closed_furnace(0.95f);
   d.settings.width = d.settings.height = 64;
