@@ -82,10 +82,10 @@ std::vector<LightStart> straight_ways(const EmissionTask& task, const PhotonLook
 }
 
 /// Rare values say little about the starts: values count up to this one.
-double largest_value(const PhotonBatch& batch) {
+double largest_value(const std::vector<PhotonValue>& values) {
   double sum = 0.0;
-  for (const PhotonValue& v : batch.values) sum += double(v.start.value);
-  return batch.values.empty() ? 0.0 : kLargestValue * sum / double(batch.values.size());
+  for (const PhotonValue& v : values) sum += double(v.start.value);
+  return values.empty() ? 0.0 : kLargestValue * sum / double(values.size());
 }
 
 double sum_of(const std::vector<LightStart>& starts) {
@@ -99,19 +99,9 @@ void scale_to(std::vector<LightStart>& starts, double sum) {
   for (LightStart& start : starts) start.value = all > 0.0 ? float(double(start.value) * sum / all) : 0.0f;
 }
 
-/// The part of the values that paths have which light sampling does not find.
-double sharp_share(const PhotonBatch& batch) {
-  double all = 0.0, sharp = 0.0;
-  for (const PhotonValue& v : batch.values) {
-    all += double(v.start.value);
-    if (v.sharp_first) sharp += double(v.start.value);
-  }
-  return all > 0.0 ? sharp / all : 0.0;
-}
-
 /// Adds the values of a round to `found`.
 void add_round(const PhotonBatch& batch, std::vector<LightStart>& found) {
-  const double largest = largest_value(batch);
+  const double largest = largest_value(batch.values);
   for (PhotonValue v : batch.values) {
     // Later rounds find more, and count more.
     v.start.value = float(std::min(double(v.start.value), largest) * double(batch.values.size()));
@@ -124,7 +114,7 @@ void add_round(const PhotonBatch& batch, std::vector<LightStart>& found) {
 /// every share.
 void choose_share(const PhotonBatch& batch, float tried, LearnedEmission& learned) {
   constexpr float kShares[] = {0.0f, 0.25f, 0.5f, EmissionGuide::kMaxShare};
-  const double largest = largest_value(batch);
+  const double largest = largest_value(batch.values);
   double moments[std::size(kShares)] = {};
   for (const PhotonValue& v : batch.values) {
     const double ratio = double(v.density_ratio), square = sqr(std::min(double(v.start.value), largest)) * ratio;
@@ -138,6 +128,17 @@ void choose_share(const PhotonBatch& batch, float tried, LearnedEmission& learne
 }
 
 }  // namespace
+
+double sharp_share(const std::vector<PhotonValue>& values) {
+  const double largest = largest_value(values);
+  double all = 0.0, sharp = 0.0;
+  for (const PhotonValue& v : values) {
+    const double value = std::min(double(v.start.value), largest);
+    all += value;
+    if (v.sharp_first) sharp += value;
+  }
+  return all > 0.0 ? sharp / all : 0.0;
+}
 
 LearnedEmission learn_emission(const EmissionTask& task, const std::atomic<bool>& stop) {
   LearnedEmission learned;
@@ -165,7 +166,8 @@ LearnedEmission learn_emission(const EmissionTask& task, const std::atomic<bool>
     learned.rays += batch.rays;
     add_round(batch, found);
     if (guide) choose_share(batch, EmissionGuide::kMaxShare, learned);
-    const bool needed = sharp_share(batch) >= kSmallestSharpShare && (round == 0 || learned.gain >= kSmallestGain);
+    const bool needed = sharp_share(batch.values) >= kSmallestSharpShare &&
+                        (round == 0 || learned.gain >= kSmallestGain);
     if (!needed) return learned;
     std::vector<LightStart> all = proposals;
     if (const double light = sum_of(found); light > 0.0) scale_to(all, kProposalShare * light);

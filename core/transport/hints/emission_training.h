@@ -27,6 +27,10 @@ struct EmissionTask {
   uint32_t seed;
 };
 
+/// The part of the values that paths have which light sampling does not find. No value counts more than 64 times the mean,
+/// so that a few rare ones do not decide.
+double sharp_share(const std::vector<PhotonValue>& values);
+
 struct LearnedEmission {
   std::shared_ptr<const EmissionMap> map;  ///< null: not worth it
   float share = 0.0f;                      ///< of the walks that start as learned

@@ -240,6 +240,14 @@ TEST(EmissionTraining, is_not_used_where_most_starts_matter) {
   EXPECT_GT(learned.rays, 0u);
 }
 
+TEST(EmissionTraining, one_bright_photon_does_not_hide_the_sharp_paths) {
+  std::vector<PhotonValue> values(2000, {LightStart{0, Vec3(0.0f), Vec3(0, 0, 1), 1.0f}, 1.0f, false});
+  for (size_t i = 0; i < values.size(); i += 5) values[i].sharp_first = true;
+  EXPECT_NEAR(sharp_share(values), 0.2, 1e-9);
+  values[1].start.value = 10000.0f;
+  EXPECT_GT(sharp_share(values), 0.15);
+}
+
 TEST(EmissionTraining, is_shared_until_the_camera_moves) {
   const auto scene = build(room_on_ground(20.0f));
   SharedEmission shared;
