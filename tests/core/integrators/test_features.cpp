@@ -31,19 +31,19 @@ INSTANTIATE_TEST_SUITE_P(In, Feature, ::testing::Range<size_t>(0, kScenes.size()
                          [](const auto& info) { return kScenes[info.param].name; });
 
 TEST_P(Feature, bidirectional_path_tracing_has_the_mean_of_path_tracing) {
-  if (is_left_out(GetParam(), 0)) GTEST_SKIP() << kLeftOut;
+  if (is_left_out(GetParam(), 0, 3)) GTEST_SKIP() << kLeftOut;
   expect_agreement(kScenes[GetParam()], "bdpt", 48, int(kScenes.size()));
 }
 TEST_P(Feature, energy_redistribution_has_the_mean_of_path_tracing) {
-  if (is_left_out(GetParam(), 1)) GTEST_SKIP() << kLeftOut;
+  if (is_left_out(GetParam(), 1, 3)) GTEST_SKIP() << kLeftOut;
   expect_agreement(kScenes[GetParam()], "erpt", 48, int(kScenes.size()));
 }
 TEST_P(Feature, metropolis_has_the_mean_of_path_tracing) {
-  if (is_left_out(GetParam(), 2)) GTEST_SKIP() << kLeftOut;
+  if (is_left_out(GetParam(), 2, 3)) GTEST_SKIP() << kLeftOut;
   expect_agreement(kScenes[GetParam()], "metropolis", 48, int(kScenes.size()));
 }
 TEST_P(Feature, population_monte_carlo_has_the_mean_of_path_tracing) {
-  if (is_left_out(GetParam(), 3)) GTEST_SKIP() << kLeftOut;
+  if (is_left_out(GetParam(), 3, 3)) GTEST_SKIP() << kLeftOut;
   expect_agreement(kScenes[GetParam()], "pmc_pt", 48, int(kScenes.size()));
 }
 
@@ -83,15 +83,15 @@ INSTANTIATE_TEST_SUITE_P(In, GatheredFeature, ::testing::Range<size_t>(0, kAllSc
                          [](const auto& info) { return kAllScenes[info.param].name; });
 
 TEST_P(GatheredFeature, photon_mapping_has_the_mean_of_path_tracing) {
-  if (is_left_out(GetParam(), 0)) GTEST_SKIP() << kLeftOut;
+  if (is_left_out(GetParam(), 0, 3)) GTEST_SKIP() << kLeftOut;
   expect_agreement_within_bias(kAllScenes[GetParam()], "photon_map", 0.02, 64);
 }
 TEST_P(GatheredFeature, metropolis_photon_sampling_has_the_mean_of_path_tracing) {
-  if (is_left_out(GetParam(), 1)) GTEST_SKIP() << kLeftOut;
+  if (is_left_out(GetParam(), 1, 3)) GTEST_SKIP() << kLeftOut;
   expect_agreement_within_bias(kAllScenes[GetParam()], "mps", 0.03, 56);
 }
 TEST_P(GatheredFeature, irradiance_caching_has_the_mean_of_path_tracing) {
-  if (is_left_out(GetParam(), 2)) GTEST_SKIP() << kLeftOut;
+  if (is_left_out(GetParam(), 2, 3)) GTEST_SKIP() << kLeftOut;
   expect_agreement_within_bias(kAllScenes[GetParam()], "irradiance_cache", 0.03);
 }
 
