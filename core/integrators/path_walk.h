@@ -329,7 +329,7 @@ class PathWalk {
     // At the limit only lights would count, and light sampling has counted them already.
     if (at_bounce_limit_ && here.complete && !sample->specular && start_.ends_early) return false;
     if (point.ray_depth > kSafeBounces) {
-      roulette_is_due_ = sample->roughness < kSharp;
+      roulette_is_due_ = sample->roughness < kLateRouletteRoughness;
       if (!roulette_is_due_ && !survives_roulette(base_)) return false;
     }
     if constexpr (kMedia) medium_.chose = false;
@@ -383,7 +383,7 @@ class PathWalk {
       return survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base + D::kRoulette, beta_);
   }
 
-  /// Light that sharp lobes reflect is found by such rays alone. If roulette came before the ray, light that is reflected
+  /// Light that sharp lobes scatter is found by such rays alone. If roulette came before the ray, light that is reflected
   /// faintly would be found rarely and with a large weight. So it comes after the light that the ray finds.
   [[gnu::always_inline]] bool survives_due_roulette() {
     if (!roulette_is_due_) return true;
@@ -440,7 +440,7 @@ class PathWalk {
   static constexpr int kSafeBounces = 1;  ///< without Russian roulette
   /// Roughness of a sampled lobe below which Russian roulette waits for the end of the ray. At rougher lobes, light
   /// samples have most of the weight.
-  static constexpr float kSharp = 0.3f;
+  static constexpr float kLateRouletteRoughness = 0.3f;
 
   const DirectLight& direct_light_;
   const Guide& guide_;

@@ -113,7 +113,6 @@ TEST(PathTracer, bounce_limit_zero_is_direct_light_only) {
   EXPECT_NEAR(e.mean, 0.75, 4.0 * e.standard_error);
 }
 
-// tests/timing measures how soon a render stops. This test checks that it stops and keeps its image.
 /// A wall that a lamp lights by way of a dark polished floor only: a card is between the lamp and the wall.
 TEST(PathTracer, light_in_a_dim_reflection_does_not_get_the_weight_of_russian_roulette) {
   constexpr float kWall = 0.5f, kFloor = 0.04f, kLamp = 100.0f;
@@ -131,6 +130,7 @@ TEST(PathTracer, light_in_a_dim_reflection_does_not_get_the_weight_of_russian_ro
   EXPECT_LT(brightest, 1.5f * kWall * kFloor * kLamp);
 }
 
+// tests/timing measures how soon a render stops. This test checks that it stops and keeps its image.
 TEST(Session, cancel_stops_a_render_and_keeps_its_image) {
   SceneDescription d = closed_furnace(0.95f);
   d.settings.width = d.settings.height = 64;
