@@ -91,8 +91,9 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     use_denoise: inherited.boolean(
         "use_denoise", "Denoise", "Remove the remaining noise with Open Image Denoise when the render is done. The noisy picture is kept as a pass. Consistent",
         False, "use_denoising")
-    use_viewport_denoise: bpy.props.BoolProperty(
-        name="Denoise Viewport", description="Denoise the rendered 3D view whenever the number of samples has doubled. Consistent", default=False)
+    use_viewport_denoise: inherited.boolean(
+        "use_viewport_denoise", "Denoise Viewport", "Denoise the rendered 3D view whenever the number of samples has doubled. Consistent",
+        False, "use_preview_denoising")
     viewport_samples: inherited.integer("viewport_samples", "Viewport Samples", "Samples per pixel in the rendered 3D view", 1024, "preview_samples",
                            1, 2**24)
     viewport_integrator: bpy.props.EnumProperty(name="Viewport Integrator", description="Rendering technique of the rendered 3D view",

@@ -81,7 +81,7 @@ class AJAR_RENDER_PT_sampling(AjarPanel, Panel):
         draw_inherited(column, settings, "viewport_samples")
         column.prop(settings, "viewport_integrator")
         if denoise.is_available():
-            column.prop(settings, "use_viewport_denoise")
+            draw_inherited(column, settings, "use_viewport_denoise")
 
 
 class AJAR_RENDER_PT_integrator(AjarPanel, Panel):

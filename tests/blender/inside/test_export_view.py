@@ -163,18 +163,18 @@ def test_a_field_of_a_message_may_have_the_name_name(export_context):
 
 def test_settings_of_cycles_are_used_all_or_none(export, scene):
     assert not scene.ajar.use_cycles_settings
-    assert (scene.ajar.samples, scene.ajar.noise_target, scene.ajar.use_denoise) == (64, 0.0, False)
+    assert (scene.ajar.samples, scene.ajar.noise_target, scene.ajar.use_denoise, scene.ajar.use_viewport_denoise) == (64, 0.0, False, False)
     scene.cycles.adaptive_threshold = 0.02
-    scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = True
+    scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = scene.cycles.use_preview_denoising = True
     scene.cycles.samples = 300
     assert scene.ajar.use_cycles_settings
-    assert (scene.ajar.samples, scene.ajar.use_denoise) == (300, True)
+    assert (scene.ajar.samples, scene.ajar.use_denoise, scene.ajar.use_viewport_denoise) == (300, True, True)
     assert scene.ajar.noise_target == pytest.approx(4e-4)
     assert export().settings.target_error == pytest.approx(4e-4)
     scene.cycles.use_adaptive_sampling = False
     assert scene.ajar.noise_target == 0.0
     scene.ajar.use_cycles_settings = False
-    assert (scene.ajar.samples, scene.ajar.use_denoise) == (64, False)
+    assert (scene.ajar.samples, scene.ajar.use_denoise, scene.ajar.use_viewport_denoise) == (64, False, False)
 
 
 def test_number_of_samples_of_the_command_line_is_used(export, scene):
