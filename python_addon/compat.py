@@ -123,20 +123,29 @@ _PLAIN_NODES = {"NodeReroute", "NodeFrame", "NodeGroupInput", "NodeGroupOutput",
 
 
 def inlined(owner: bpy.types.Material | bpy.types.World | bpy.types.Light, tree: bpy.types.NodeTree) -> Any | None:
-    """What Blender makes of a tree with repeat zones, closures, bundles or menus: a tree without them, `node_tree`, which lives as long as the result.
-    None for a tree that has none of them, and before 5.0."""
-    return owner.inline_shader_nodes() if hasattr(owner, "inline_shader_nodes") and _has_zones(tree, set()) else None
+    """What Blender makes of a tree with groups, repeat zones, closures, bundles or menus: a tree without them, `node_tree`, which lives as long as the
+    result. Cycles renders it since 5.0. There the value of a group's input counts like a link: it replaces the default coordinates of a texture.
+    None for a tree that has none of them, before 5.0, and for a tree whose groups have lost their trees, which the exporter reports."""
+    if not hasattr(owner, "inline_shader_nodes"):
+        return None
+    has_zones, has_groups, has_lost = _contents(tree, set())
+    return owner.inline_shader_nodes() if has_zones or (has_groups and not has_lost) else None
 
 
-def _has_zones(tree: bpy.types.NodeTree, seen: set[bpy.types.NodeTree]) -> bool:
+def _contents(tree: bpy.types.NodeTree, seen: set[bpy.types.NodeTree]) -> tuple[bool, bool, bool]:
+    """Whether a tree and the trees of its groups have zones or similar nodes, groups, and groups that have lost their trees."""
     seen.add(tree)
+    has_zones = has_groups = has_lost = False
     for node in tree.nodes:
         if not node.bl_idname.startswith("ShaderNode") and node.bl_idname not in _PLAIN_NODES:
-            return True
+            has_zones = True
+        elif node.type == "GROUP":
+            has_groups, has_lost = True, has_lost or node.node_tree is None
         inner = getattr(node, "node_tree", None)
-        if inner is not None and inner not in seen and _has_zones(inner, seen):
-            return True
-    return False
+        if inner is not None and inner not in seen:
+            inner_zones, _, inner_lost = _contents(inner, seen)
+            has_zones, has_lost = has_zones or inner_zones, has_lost or inner_lost
+    return has_zones, has_groups, has_lost
 
 
 def default_is_principled() -> bool:

@@ -25,6 +25,12 @@ LARGEST_IES = 1 << 24   # bytes; typical files have a few thousand
 # All other texture nodes use Generated coordinates by default.
 WITHOUT_GENERATED = {"ShaderNodeTexImage", "ShaderNodeTexEnvironment", "ShaderNodeTexWhiteNoise", "ShaderNodeTexIES"}
 
+# Nodes without a closure that Blender shows but Cycles does not have. It ignores their links: an input keeps its own value.
+NOT_OF_CYCLES = {"ShaderNodeShaderToRGB", "ShaderNodeSqueeze", "ShaderNodeUVAlongStroke"}
+
+# Nodes by which Blender's inlining links a constant to an input, and the property that has it.
+CONSTANTS = {"FunctionNodeInputVector": "vector", "FunctionNodeInputInt": "integer", "FunctionNodeInputBool": "boolean"}
+
 
 @dataclass(eq=False)
 class Scope:
@@ -133,6 +139,9 @@ class GraphExporter:
             if (id(scope), output.as_pointer()) in seen:    # a loop of reroutes
                 return Source(None, scope, None, ZERO, output.type)
             seen.add((id(scope), output.as_pointer()))
+            if node.bl_idname in NOT_OF_CYCLES and not node.mute:
+                self.context.warn(self.owner, 'node "{name}" is not a node of Cycles: its links are ignored, as in Cycles', name=scope.label(node))
+                return None
             step = self.look_through(node, output, scope)
             if step is None:
                 return Source(node, scope, output)
@@ -171,6 +180,8 @@ class GraphExporter:
 
     def link_to(self, source: Source) -> ajar.NodeLink:
         key = (id(source.scope), source.node.as_pointer())
+        if source.node.bl_idname in CONSTANTS:
+            return self.constant_node(Source(None, source.scope, None, constant_of(source.node), source.socket.type))
         if key not in self.indices:
             index = self.graph.add_node(source.node.bl_idname, source.scope.label(source.node))
             self.indices[key] = index
@@ -283,6 +294,15 @@ def value_of(socket: bpy.types.NodeSocket) -> Value:
         first, second, third, fourth = [*(float(number) for number in socket.default_value), 0.0, 0.0, 0.0, 0.0][:4]
         return (first, second, third, fourth)
     return ZERO
+
+
+def constant_of(node: bpy.types.Node) -> Value:
+    """The value of one of CONSTANTS."""
+    value = getattr(node, CONSTANTS[node.bl_idname])
+    if isinstance(value, (bool, int)):
+        return (float(value), 0.0, 0.0, 0.0)
+    x, y, z = value
+    return (x, y, z, 0.0)
 
 
 def converted(value: Value, source: str, target: str) -> Value:

@@ -692,6 +692,8 @@ TEXTS = {
     "node group \"{group}\" contains itself: it is left out inside itself (object \"{thing}\")":
         "die Knotengruppe „{group}“ enthält sich selbst: in sich selbst wird sie weggelassen (Objekt „{thing}“)",
     "node group \"{group}\" has lost its tree": "die Knotengruppe „{group}“ hat ihren Knotenbaum verloren",
+    "node \"{name}\" is not a node of Cycles: its links are ignored, as in Cycles":
+        "der Knoten „{name}“ ist kein Knoten von Cycles: seine Verbindungen werden ignoriert, wie in Cycles",
     "its collection {collection} for light linking is empty, so that it lights all objects":
         "seine Sammlung {collection} für die Lichtverknüpfung ist leer, sodass es alle Objekte beleuchtet",
     "its collection {collection} for shadow linking is empty, so that all objects block its light":

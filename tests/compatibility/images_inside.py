@@ -129,6 +129,51 @@ def repeat_zone(cases: Cases) -> None:
     cases.measure("a repeat zone")
 
 
+def generated_images(cases: Cases) -> None:
+    """Images that were painted in Blender: only in memory, and packed."""
+    for name, is_float in (("bytes", False), ("floats", True)):
+        image = bpy.data.images.new("Painted", 6, 5, alpha=True, float_buffer=is_float)
+        image.pixels.foreach_set(np.random.default_rng(2).uniform(0.3, 0.9, 120).astype(np.float32))
+        image.update()
+        for state in ("in memory", "packed"):
+            if state == "packed":
+                image.pack()
+            for alpha in (False, True):
+                cases.show(image, alpha)
+                cases.measure(f"an image of {name} {state}, {'with' if alpha else 'without'} alpha")
+
+
+def inputs_of_groups(cases: Cases) -> None:
+    """The value of a group's input replaces the default coordinates of a texture, and the normal. Hidden values do not."""
+    for hidden in (False, True):
+        for inner, name in (("TexNoise", "Vector"), ("TexChecker", "Vector"), ("LayerWeight", "Normal"), ("Mapping", "Vector")):
+            group = bpy.data.node_groups.new("Group", "ShaderNodeTree")
+            group.interface.new_socket("In", in_out="INPUT", socket_type="NodeSocketVector").hide_value = hidden
+            group.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketColor")
+            start, node, end = (group.nodes.new(type_) for type_ in ("NodeGroupInput", f"ShaderNode{inner}", "NodeGroupOutput"))
+            group.links.new(start.outputs[0], node.inputs[name])
+            group.links.new(node.outputs[0], end.inputs[0])
+            use, emission = cases.emission_of("Group")
+            use.node_tree = group
+            use.inputs[0].default_value = (0.3, 0.2, 0.6)
+            cases.tree.links.new(use.outputs[0], emission.inputs[0])
+            cases.measure(f"{inner} behind the input of a group{', hidden' if hidden else ''}")
+
+
+def nodes_of_other_engines(cases: Cases) -> None:
+    """Cycles ignores the links of Shader to RGB."""
+    node, emission = cases.emission_of("ShaderToRGB")
+    emission.inputs["Color"].default_value = (0.2, 0.5, 0.7, 1.0)
+    cases.tree.links.new(cases.tree.nodes.new("ShaderNodeBsdfDiffuse").outputs[0], node.inputs[0])
+    cases.tree.links.new(node.outputs["Color"], emission.inputs["Color"])
+    cases.measure("Shader to RGB")
+    ramp = cases.tree.nodes.new("ShaderNodeValToRGB")
+    ramp.inputs[0].default_value = 0.3
+    cases.tree.links.new(node.outputs["Color"], ramp.inputs[0])
+    cases.tree.links.new(ramp.outputs[0], emission.inputs["Color"])
+    cases.measure("a ramp of Shader to RGB")
+
+
 def normal_map(cases: Cases) -> None:
     node, emission = cases.emission_of("NormalMap")
     node.inputs["Color"].default_value, node.inputs["Strength"].default_value = (0.7, 0.6, 0.9, 1.0), 0.7
@@ -147,6 +192,9 @@ def main() -> None:
     colors(cases, images)
     alpha_modes(cases, images)
     repeat_zone(cases)
+    generated_images(cases)
+    inputs_of_groups(cases)
+    nodes_of_other_engines(cases)
     normal_map(cases)
     Path(sys.argv[2]).write_text(json.dumps(cases.found, indent=2))
     sys.stdout.flush()

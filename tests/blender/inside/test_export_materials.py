@@ -408,6 +408,24 @@ def test_the_environment_of_a_world_is_mapped_by_its_direction(export, scene):
     assert mapping_of(export().world.graph)[2] == ("ShaderNodeTexCoord", "Generated")
 
 
+def test_links_of_nodes_that_cycles_does_not_have_are_ignored_and_reported(shader, build, export_context):
+    odd = shader.nodes.new("ShaderNodeShaderToRGB")
+    odd.name = "Toon"
+    shader.links.new(shader.nodes.new("ShaderNodeBsdfDiffuse").outputs[0], odd.inputs[0])
+    shader.links.new(odd.outputs["Color"], shader.emission.inputs["Color"])
+    shader.emission.inputs["Color"].default_value = (0.2, 0.5, 0.7, 1.0)
+    mesh = build.mesh()
+    mesh.materials.append(shader.material)
+    build.object(mesh)
+    context = export_context()
+    assert [text for name, text in context.warnings if name == shader.material.name] == [
+        'node "Toon" is not a node of Cycles: its links are ignored, as in Cycles']
+    node = next(node for node in context.description.materials[0].graph.nodes if node.type == "ShaderNodeEmission")
+    color = next(item for item in node.inputs if item.socket == "Color")
+    assert color.link.node < 0
+    assert tuple(color.value) == pytest.approx((0.2, 0.5, 0.7, 1.0))
+
+
 def test_the_projection_of_a_texture_mapping_is_reported(shader, build, export_context):
     texture = shader.nodes.new("ShaderNodeTexNoise")
     texture.name = "Clouds"
