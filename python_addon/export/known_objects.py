@@ -24,8 +24,8 @@ _NOTHING_TO_SEE = {"CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER"}
 
 def look_of(thing: bpy.types.Object) -> tuple:
     """All data that instances have from an original object except geometry and transform."""
-    return (tuple(slot.material for slot in thing.material_slots), tuple(thing.color), thing.pass_index, thing.is_shadow_catcher, thing.is_holdout, thing.visible_camera,
-            thing.visible_diffuse, thing.visible_glossy, thing.visible_transmission, thing.visible_volume_scatter, thing.visible_shadow)
+    return (tuple(slot.material for slot in thing.material_slots), tuple(thing.color), thing.pass_index, thing.is_shadow_catcher, thing.is_holdout, thing.lightgroup,
+            thing.visible_camera, thing.visible_diffuse, thing.visible_glossy, thing.visible_transmission, thing.visible_volume_scatter, thing.visible_shadow)
 
 
 class OutOfDate(Exception):

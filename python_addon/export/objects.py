@@ -50,6 +50,7 @@ class Lamp:
     owner: bpy.types.Object
     rows: list[float]
     visibility: int
+    grouped_with: bpy.types.Object   # the object whose light group it has
 
 
 class Collected:
@@ -101,6 +102,7 @@ def _collect(context: ExportContext, collected: Collected) -> None:
     geometries, appearances = collected.geometries, context.appearances
     hairs: dict[tuple[int, int, int], Geometry | None] = {}
     kind_of_parent: dict[int | tuple, int] = {}
+    emitters: set[int] = set()   # instancers with particles
     from_instancers: list[dict[str, named_values.Value]] = []   # of each instancer key
     asked_of_instancers, uses_origins = context.instancer_properties, context.uses_origins
     reader = instance_values.Reader(context, sorted(asked_of_instancers)) if asked_of_instancers and instance_values.CAN_READ else None
@@ -141,11 +143,16 @@ def _collect(context: ExportContext, collected: Collected) -> None:
             continue
         if instance.is_instance:
             owner, parent = instance.instance_object, instance.parent
-            parent_key = parent.as_pointer() if not asked_of_instancers else _instancer_key(instance)
+            parent_key = parent.as_pointer()
+            if asked_of_instancers or parent_key in emitters:
+                parent_key = _instancer_key(instance)
             kind = kind_of_parent.get(parent_key, -1)
             if kind < 0:
+                if len(parent.particle_systems) > 0:
+                    emitters.add(parent.as_pointer())
+                    parent_key = _instancer_key(instance)
                 from_instancer = _from_instancer(context, instance) if asked_of_instancers else {}
-                shows = (*_shows(context, parent), *from_instancer.items())
+                shows = (*_shows(context, parent), _color_of_instancer(instance), *from_instancer.items())
                 kind = kind_of_parent[parent_key] = kinds.setdefault(shows, len(kinds))
                 if kind == len(from_instancers):
                     from_instancers.append(from_instancer)
@@ -160,7 +167,7 @@ def _collect(context: ExportContext, collected: Collected) -> None:
             if parent is not None:
                 collected.shared[owner.original] = look_of(owner.original)
             if thing.type == "LIGHT":
-                lamp = Lamp(owner, rows_3x4(instance.matrix_world), _visibility(context, owner, parent))
+                lamp = Lamp(owner, rows_3x4(instance.matrix_world), _visibility(context, owner, parent), _grouped_with(owner, parent))
                 collected.lamps_in_order.append(lamp)
                 if parent is None:
                     collected.lamps[owner.original] = lamp
@@ -168,7 +175,7 @@ def _collect(context: ExportContext, collected: Collected) -> None:
             if _has_surface(context, thing, owner):
                 geometry = _geometry(context, thing, owner, parent, len(collected.order))
                 if parent is not None:
-                    geometry.from_instancer = from_instancers[kind]
+                    _take_from_instancer(geometry, instance, from_instancers[kind])
                 geometries[key] = geometry
                 collected.order.append(geometry)
                 if parent is None:
@@ -176,7 +183,7 @@ def _collect(context: ExportContext, collected: Collected) -> None:
         if key not in hairs:
             hairs[key] = hair = _hair(context, thing, owner, parent, collected) if owner.type == "MESH" else None
             if hair is not None and parent is not None:
-                hair.from_instancer = from_instancers[kind]
+                _take_from_instancer(hair, instance, from_instancers[kind])
         hair = hairs[key]
         if geometry is not None:
             add(instance, geometry)
@@ -215,7 +222,20 @@ def _hair(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Obje
 
 def _shows(context: ExportContext, parent: bpy.types.Object) -> tuple:
     """Data that instances have from their instancer."""
-    return (_ray_visibility(parent), *context.linking.sets_of(parent), parent.indirect_only_get(view_layer=context.view_layer), parent.holdout_get(view_layer=context.view_layer))
+    return (_ray_visibility(parent), *context.linking.sets_of(parent), parent.indirect_only_get(view_layer=context.view_layer),
+            parent.holdout_get(view_layer=context.view_layer), parent.is_shadow_catcher, parent.lightgroup)
+
+
+def _color_of_instancer(instance: bpy.types.DepsgraphObjectInstance) -> tuple[float, ...] | None:
+    """The object colour that an instance has from its outermost instancer. Instances of particles have their own."""
+    return tuple(instance.parent.color) if instance.particle_system is None else None
+
+
+def _take_from_instancer(geometry: Geometry, instance: bpy.types.DepsgraphObjectInstance, values: dict[str, named_values.Value]) -> None:
+    geometry.from_instancer = values
+    color = _color_of_instancer(instance)
+    if color is not None:
+        geometry.look["color"] = color
 
 
 def _instancer_key(instance: bpy.types.DepsgraphObjectInstance) -> tuple:
@@ -262,13 +282,20 @@ def _materials(context: ExportContext, thing: bpy.types.Object) -> list[bpy.type
     return found if found or not compat.default_is_principled() else [None]
 
 
+def _grouped_with(owner: bpy.types.Object, parent: bpy.types.Object | None) -> bpy.types.Object:
+    """The object whose light group an object or an instance has: that of its instancer counts if it has none."""
+    return owner if parent is None or owner.lightgroup else parent
+
+
 def _look(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> dict:
     context.warn_all(owner.name_full, unsupported.of_object(owner))   # of linked objects, it has the library
+    group_owner = _grouped_with(owner, parent)
+    is_catcher = owner.is_shadow_catcher or (parent is not None and parent.is_shadow_catcher) or owner.original == context.catcher
     return {"name": owner.name, "visibility": _visibility(context, owner, parent),
-            "holdout": (parent or owner).holdout_get(view_layer=context.view_layer), "shadow_catcher": owner.is_shadow_catcher or owner.original == context.catcher,
+            "holdout": (parent or owner).holdout_get(view_layer=context.view_layer), "shadow_catcher": is_catcher,
             "pass_index": owner.pass_index, "color": tuple(owner.color), "importance": _importance(context, owner),
-            "shadow_terminator_offset": plain.of(compat.terminator_owner(owner)).shadow_terminator_geometry_offset, "light_importance": context.light_importance(owner),
-            "asset": _topmost(owner).name, "light_group": owner.lightgroup, **context.linking.arguments(owner, parent)}
+            "shadow_terminator_offset": plain.of(compat.terminator_owner(owner)).shadow_terminator_geometry_offset, "light_importance": context.light_importance(group_owner),
+            "asset": _topmost(owner).name, "light_group": group_owner.lightgroup, **context.linking.arguments(owner, parent)}
 
 
 def _topmost(thing: bpy.types.Object) -> bpy.types.Object:
@@ -298,8 +325,8 @@ def _ray_visibility(thing: bpy.types.Object) -> int:
 
 def _export_lamps(context: ExportContext, collected: Collected) -> None:
     for lamp in collected.lamps_in_order:
-        lights.export(context, lamp.owner.data, lamp.owner.name, lamp.rows, lamp.visibility, context.light_importance(lamp.owner), lamp.owner.lightgroup,
-                      context.linking.masks(lamp.owner))
+        lights.export(context, lamp.owner.data, lamp.owner.name, lamp.rows, lamp.visibility, context.light_importance(lamp.grouped_with),
+                      lamp.grouped_with.lightgroup, context.linking.masks(lamp.owner))
 
 
 def _export_meshes(context: ExportContext, collected: Collected) -> None:
@@ -378,7 +405,7 @@ def _lasting(context: ExportContext, collected: Collected) -> Collected | None:
         geometry.owner, geometry.data = geometry.owner.original, None
         geometry.materials = [material.original if material is not None else None for material in geometry.materials]
     for lamp in collected.lamps_in_order:
-        lamp.owner = lamp.owner.original
+        lamp.owner, lamp.grouped_with = lamp.owner.original, lamp.grouped_with.original
     collected.geometries = {}
     return collected
 
@@ -398,8 +425,9 @@ def _revise(context: ExportContext, collected: Collected, changed: list[bpy.type
         collected.rows[12 * number:12 * number + 12] = array("f", rows_3x4(thing.matrix_world))
         collected.random[number] = name_hash(thing.name) / 0xFFFFFFFF
     for lamp in collected.lamps_in_order:
-        thing = lamp.owner.evaluated_get(depsgraph)
-        lights.export(context, thing.data, thing.name, lamp.rows, lamp.visibility, context.light_importance(thing), thing.lightgroup, context.linking.masks(thing))
+        thing, grouped_with = (owner.evaluated_get(depsgraph) for owner in (lamp.owner, lamp.grouped_with))
+        lights.export(context, thing.data, thing.name, lamp.rows, lamp.visibility, context.light_importance(grouped_with), grouped_with.lightgroup,
+                      context.linking.masks(thing))
     for geometry in collected.order:
         context.user = geometry.owner.name
         geometry.material_indices = _material_indices(context, geometry, [material.evaluated_get(depsgraph) if material is not None else None

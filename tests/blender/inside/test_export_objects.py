@@ -155,6 +155,46 @@ def test_instance_is_visible_only_to_rays_that_see_its_instancer(build, export):
     assert masks == sorted([no_glossy, no_glossy & ~ajar.VISIBLE_CAMERA])
 
 
+def test_instance_has_the_colour_and_the_shadow_catcher_of_its_instancer(build, export):
+    """As in Cycles (measured in 3.4.1, 4.2.23 and 5.2.3)."""
+    collection = bpy.data.collections.new("One")
+    thing = bpy.data.objects.new("Member", build.mesh())
+    thing.color, thing.pass_index = (0.8, 0.1, 0.1, 1.0), 1
+    collection.objects.link(thing)
+    for name, color, catches in (("Green", (0.1, 0.8, 0.1, 1.0), False), ("Blue", (0.1, 0.1, 0.8, 1.0), True)):
+        empty = build.object(None, name)
+        empty.instance_type, empty.instance_collection, empty.color, empty.is_shadow_catcher = "COLLECTION", collection, color, catches
+        empty.pass_index = 2
+    found = sorted((tuple(round(number, 3) for number in o.color), o.shadow_catcher, o.pass_index) for o in export().objects)
+    assert found == [((0.1, 0.1, 0.8, 1.0), True, 1), ((0.1, 0.8, 0.1, 1.0), False, 1)]
+
+
+def test_instances_of_particles_have_the_colour_of_their_object(build, export):
+    thing = build.object(build.mesh())
+    thing.color = (0.8, 0.1, 0.1, 1.0)
+    emitter = build.object(build.mesh(), "Emitter")
+    emitter.color = (0.1, 0.8, 0.1, 1.0)
+    system = emitter.modifiers.new("Particles", "PARTICLE_SYSTEM").particle_system.settings
+    system.type, system.count, system.render_type, system.instance_object = "HAIR", 5, "OBJECT", thing
+    emitter.show_instancer_for_render = emitter.show_instancer_for_viewport = False
+    assert {tuple(round(number, 3) for number in o.color) for o in export().objects} == {(0.8, 0.1, 0.1, 1.0)}
+
+
+@pytest.mark.parametrize("own, found", [("", "Keys"), ("Fills", "Fills")])
+def test_instance_without_a_light_group_has_that_of_its_instancer(build, export, scene, own, found):
+    for name in ("Keys", "Fills"):
+        scene.view_layers[0].lightgroups.add(name=name)
+    collection = bpy.data.collections.new("One")
+    for thing in (bpy.data.objects.new("Member", build.mesh()), bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))):
+        thing.lightgroup = own
+        collection.objects.link(thing)
+    empty = build.object(None, "Instancer")
+    empty.instance_type, empty.instance_collection, empty.lightgroup = "COLLECTION", collection, "Keys"
+    out = export()
+    assert [o.light_group for o in out.objects] == [found]
+    assert [light.light_group for light in out.lights] == [found]
+
+
 def test_cancel_ends_the_export(build, export_context):
     build.object(build.mesh())
     with pytest.raises(ExportCancelled):
