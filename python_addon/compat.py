@@ -288,8 +288,10 @@ def polygon_materials(mesh: bpy.types.Mesh) -> np.ndarray | None:
 
 
 def polygon_smooth(mesh: bpy.types.Mesh) -> np.ndarray:
-    """Whether each polygon is shaded smooth."""
+    """Whether each polygon is shaded smooth. None is where all edges are sharp."""
     if bpy.app.version >= (4, 1):
+        if mesh.normals_domain == "FACE":
+            return np.zeros(len(mesh.polygons), dtype=bool)
         sharp = mesh.attributes.get("sharp_face")
         if sharp is None or sharp.domain != "FACE":
             return np.ones(len(mesh.polygons), dtype=bool)

@@ -184,6 +184,22 @@ def normal_map(cases: Cases) -> None:
     cases.measure("a normal map without coordinates")
 
 
+def sharp_edges(cases: Cases) -> None:
+    """A roof of smooth faces, without sharp edges, with one and with sharp edges alone."""
+    mesh = cases.mesh
+    mesh.clear_geometry()
+    mesh.from_pydata([(0, 0, 0), (0.5, 0, 0.4), (1, 0, 0), (0, 1, 0), (0.5, 1, 0.4), (1, 1, 0)], [], [(0, 1, 4, 3), (1, 2, 5, 4)])
+    mesh.shade_smooth()
+    node, emission = cases.emission_of("NewGeometry")
+    cases.tree.links.new(node.outputs["Normal"], emission.inputs[0])
+    sharp = mesh.attributes.new("sharp_edge", "BOOLEAN", "EDGE")
+    ridge = next(edge.index for edge in mesh.edges if set(edge.vertices) == {1, 4})
+    for name, edges in (("no", ()), ("one", (ridge,)), ("all", range(len(mesh.edges)))):
+        sharp.data.foreach_set("value", [index in edges for index in range(len(mesh.edges))])
+        mesh.update()
+        cases.measure(f"smooth faces with sharp edges: {name}")
+
+
 def main() -> None:
     bpy.ops.extensions.package_install_files(filepath=sys.argv[1], repo="user_default", enable_on_install=True)
     bpy.ops.preferences.addon_enable(module="cycles")
@@ -196,6 +212,7 @@ def main() -> None:
     inputs_of_groups(cases)
     nodes_of_other_engines(cases)
     normal_map(cases)
+    sharp_edges(cases)
     Path(sys.argv[2]).write_text(json.dumps(cases.found, indent=2))
     sys.stdout.flush()
     os._exit(0)
