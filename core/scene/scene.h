@@ -33,7 +33,9 @@ inline uint32_t visibility_mask(uint32_t ray_kind) {
   static_assert(kSame == (kVisibleCamera | kVisibleDiffuse | kVisibleGlossy | kVisibleTransmission) &&
                 uint32_t(kRayCamera) == kVisibleCamera && uint32_t(kRayDiffuse) == kVisibleDiffuse &&
                 uint32_t(kRayGlossy) == kVisibleGlossy);
-  return (ray_kind & kSame) | (ray_kind & kRayVolumeScatter ? kVisibleVolumeScatter : 0u) |
+  // As in Cycles, the ray of a translucent lobe sees what transmitted rays see.
+  const uint32_t same = ray_kind & (ray_kind & kRayTransmission ? kSame & ~kRayDiffuse : kSame);
+  return same | (ray_kind & kRayVolumeScatter ? kVisibleVolumeScatter : 0u) |
          (ray_kind & kRayShadow ? kVisibleShadow : 0u);
 }
 

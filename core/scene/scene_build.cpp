@@ -308,7 +308,9 @@ void Scene::Builder::add_instance(const InstanceDescription& in) {
   instance.object_from_world = singular ? Mat4(1.0f) : glm::inverse(instance.world_from_object);
   instance.flips_orientation = glm::determinant(Mat3(instance.world_from_object)) < 0.0f;
   const bool stays = s_.meshes_[instance.mesh].source != nullptr ||  // in object space, for the next scene
-                     (s_.meshes_[instance.mesh].points && !scales_evenly(instance.world_from_object)) ||
+                     // A radius cannot tell how an uneven scale flattens strands and points, as in Cycles.
+                     ((s_.meshes_[instance.mesh].strands || s_.meshes_[instance.mesh].points) &&
+                      !scales_evenly(instance.world_from_object)) ||
                      std::any_of(object.materials.begin(), object.materials.end(),
                                  [&](int m) { return m >= 0 && asks_for_itself(d_.materials[size_t(m)]); });
   if (singular && (users_[instance.mesh] > 1 || stays)) {

@@ -65,7 +65,7 @@ struct ScatteringBuilder {
   /// in Cycles before Blender 5.0. The same holds for the second medium of a surface.
   bool may_enter(const closures::PrincipledInputs& inputs) const {
     const ShadingPoint& point = values.point;
-    return (point.diffuse_depth == 0 || inputs.enters_after_diffuse || point.marks_subsurface) &&
+    return (!point.after_diffuse || inputs.enters_after_diffuse || point.marks_subsurface) &&
            !out.bsdf.has_subsurface();
   }
   /// The normal of diffuse lobes that is not bent towards the eye.

@@ -214,6 +214,14 @@ inline std::vector<TransportScene> transport_scenes() {
     d.lights.push_back(lamp);
     d.settings.bounces = {4, 1, 1, 2, 8, 0};
   });
+  add("translucent_limits", [&](SceneDescription& d) {
+    const int leaf = add_closure(d, "ShaderNodeBsdfTranslucent", {value_input("Color", Vec4(0.7f, 0.9f, 0.5f, 1.0f))});
+    add_object(d, sphere(), leaf, ball);
+    for (const float x : {-0.6f, 0.6f})
+      add_object(d, plane(0.4f), leaf, shining(Vec3(x, 0.1f, 0.1f), Vec3(-x, 0.3f, 0)));
+    d.lights.push_back(lamp);
+    d.settings.bounces = {6, 1, 1, 3, 8, 0};
+  });
   add("view_dependent", [&](SceneDescription& d) {
     GraphBuilder b;
     const int weight = b.node("ShaderNodeLayerWeight", {value_input("Blend", 0.5f)});

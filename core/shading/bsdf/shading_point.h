@@ -30,14 +30,15 @@ struct BuiltInstance;
 struct ObjectDescription;
 
 struct ShadingPoint {
-  Vec3 position{0.0f};        ///< world space
-  Vec3 position_error{0.0f};  ///< bound on the rounding error of the position, per axis
-  Vec3 wo{0, 0, 1};           ///< direction towards the origin of the ray
-  Vec3 ng{0, 0, 1};           ///< geometric normal, turned towards wo
-  Vec3 ns{0, 0, 1};           ///< smooth normal, turned together with ng; not yet made safe
-  bool backfacing = false;    ///< whether ng was turned
-  bool undisplaced = false;   ///< on the surface before its displacement (BuiltMesh::undisplaced)
-  /// Lobes of subsurface scattering are marked whatever `diffuse_depth` is: the owner of the point knows which ones light
+  Vec3 position{0.0f};         ///< world space
+  Vec3 position_error{0.0f};   ///< bound on the rounding error of the position, per axis
+  Vec3 wo{0, 0, 1};            ///< direction towards the origin of the ray
+  Vec3 ng{0, 0, 1};            ///< geometric normal, turned towards wo
+  Vec3 ns{0, 0, 1};            ///< smooth normal, turned together with ng; not yet made safe
+  bool backfacing = false;     ///< whether ng was turned
+  bool undisplaced = false;    ///< on the surface before its displacement (BuiltMesh::undisplaced)
+  bool after_diffuse = false;  ///< whether a diffuse lobe, also a translucent one, has scattered the path from the eye
+  /// Lobes of subsurface scattering are marked whatever `after_diffuse` is: the owner of the point knows which ones light
   /// enters (transport/paths/eye_history.h).
   bool marks_subsurface = false;
   /// weights of the second and third vertex of the triangle; for strands, positions along and across the segment
@@ -53,6 +54,7 @@ struct ShadingPoint {
   float ray_length = 0.0f;
   float time = 0.0f;
   uint32_t ray_kind = kRayCamera;
+  /// As in Cycles, a bounce by a translucent lobe counts as transmission alone.
   int ray_depth = 0, diffuse_depth = 0, glossy_depth = 0, transparent_depth = 0, transmission_depth = 0;
   int portal_depth = 0;  ///< surfaces with a ray portal that the path has passed, counted by path tracing
   /// In the choice of a lobe (Bsdf::channel_weights), not negative: the throughput of a path from the eye. A

@@ -151,7 +151,7 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
       break;
     start = ShadingPoint();
     count_bounce_at(vertex, *sample, start);
-    if (classes == PathClasses::EyeOnly && next.exit < 0 && start.diffuse_depth > 0 && !enters_after_diffuse_ &&
+    if (classes == PathClasses::EyeOnly && next.exit < 0 && start.after_diffuse && !enters_after_diffuse_ &&
         !any_by_ray_kind_)
       break;
     ray = scene_.spawn_ray(vertex.point, sample->wi);
@@ -234,7 +234,7 @@ bool BidirectionalWalks::scatters_at(int i, uint32_t base, Sampler& sampler) {
   enters_first_ |= i == 1 && at.exit == 1;
   at.collisions = i > 1 ? before.collisions + (before.vertex.kind == VertexKind::Medium) : 0;
   if (past_limits(at.vertex.point, limits) || at.collisions > limits.volume) return false;
-  if (!enters(at.vertex, at.vertex.point.diffuse_depth)) return true;
+  if (!enters(at.vertex, at.vertex.point.after_diffuse)) return true;
   enters_first_ |= i == 1;
   return enters_surface(i, base, sampler);
 }

@@ -104,7 +104,7 @@ class DirectTracer {
       Bsdf& bsdf = vertex_.shading.bsdf;
       excludes_photons |= vertex_.excludes_photons() || through.eye_only;
       // The light that goes below the surface is found elsewhere.
-      if (!last && enters(vertex_, 0)) [[unlikely]]
+      if (!last && enters(vertex_, false)) [[unlikely]]
         bsdf.remove_subsurface(vertex_.point.wo);
       if (last || exceeded || !vertex_.scatters() || i + 2 > max_vertices_) break;
       found_.polished = found_.polished || has_sharp_lobe(bsdf);

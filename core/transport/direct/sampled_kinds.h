@@ -17,8 +17,7 @@ namespace ajar {
 /// The probability of the kinds of rays that see a light of this visibility.
 inline float visible_share(const Bsdf::KindShares& shares, uint32_t visibility) {
   return (visibility & kVisibleDiffuse ? shares.diffuse : 0.0f) + (visibility & kVisibleGlossy ? shares.glossy : 0.0f) +
-         (visibility & kVisibleTransmission ? shares.transmission : 0.0f) +
-         (visibility & (kVisibleDiffuse | kVisibleTransmission) ? shares.diffuse_transmission : 0.0f);
+         (visibility & kVisibleTransmission ? shares.transmission + shares.diffuse_transmission : 0.0f);
 }
 
 /// Of a direction that the rough lobes of a surface have sampled.

@@ -229,7 +229,7 @@ void leave_surface(const ShaderProgram& program, const ShadingPoint& point, Vec3
   Vec3 normal = point.ns;
   if (program.subsurface_has_normal()) {
     ShadingPoint exit = point;
-    exit.diffuse_depth = 0;
+    exit.after_diffuse = false;
     exit.wo = seen_from;
     SurfaceShading at_exit;
     program.evaluate_surface(exit, at_exit);

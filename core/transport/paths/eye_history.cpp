@@ -35,7 +35,8 @@ struct Lobes {
 void EyeHistory::start(const ShadingPoint& point, int collisions) {
   collisions_ = collisions;
   states_.clear();
-  extend(states_, {point.diffuse_depth, point.glossy_depth, point.transmission_depth, Color(1.0f)});
+  extend(states_,
+         {point.diffuse_depth, point.glossy_depth, point.transmission_depth, point.after_diffuse, Color(1.0f)});
 }
 
 void EyeHistory::extend(std::vector<State>& next, State state) const {
@@ -43,12 +44,11 @@ void EyeHistory::extend(std::vector<State>& next, State state) const {
   if (limits_ && (state.diffuse > limits_->diffuse || state.glossy > limits_->glossy ||
                   state.transmission > limits_->transmission))
     return;
-  if (!limits_) {
-    state.diffuse = std::min(state.diffuse, 1);
-    state.glossy = state.transmission = 0;
-  }
+  if (!limits_) state.diffuse = state.glossy = state.transmission = 0;
   for (State& s : next) {
-    if (s.diffuse != state.diffuse || s.glossy != state.glossy || s.transmission != state.transmission) continue;
+    if (s.diffuse != state.diffuse || s.glossy != state.glossy || s.transmission != state.transmission ||
+        s.after_diffuse != state.after_diffuse)
+      continue;
     s.factor += state.factor;
     return;
   }
@@ -61,16 +61,17 @@ void EyeHistory::add(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool 
     return;
   }
   const bool divides = !specular && can_enter(vertex);
-  const auto by_diffuse = [](const State& s) { return s.diffuse > 0; };
+  const auto by_diffuse = [](const State& s) { return s.after_diffuse; };
   if (!limits_ && (specular || (std::all_of(states_.begin(), states_.end(), by_diffuse) &&
                                 !(divides && vertex.shading.medium.after_diffuse))))
     return;
   const auto extend_by = [&](std::vector<State>& next, const State& from, Color factor,
                              const Bsdf::KindShares& shares) {
-    extend(next, {from.diffuse + 1, from.glossy, from.transmission, factor * shares.diffuse});
-    extend(next, {from.diffuse, from.glossy + 1, from.transmission, factor * shares.glossy});
-    extend(next, {from.diffuse, from.glossy, from.transmission + 1, factor * shares.transmission});
-    extend(next, {from.diffuse + 1, from.glossy, from.transmission + 1, factor * shares.diffuse_transmission});
+    const auto& [d, g, t, after_diffuse, factor_of_from] = from;
+    extend(next, {d + 1, g, t, true, factor * shares.diffuse});
+    extend(next, {d, g + 1, t, after_diffuse, factor * shares.glossy});
+    extend(next, {d, g, t + 1, after_diffuse, factor * shares.transmission});
+    extend(next, {d, g, t + 1, true, factor * shares.diffuse_transmission});
   };
   std::vector<State> next;
   const Lobes lobes(vertex, to_eye);
@@ -81,7 +82,7 @@ void EyeHistory::add(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool 
     const Bsdf::KindShares of_staying = lobes.staying.kind_shares(to_eye, to_light, false);
     const Color share = lobes.share(to_eye, to_light, kVisibleAll);
     for (const State& s : states_) {
-      if (enters(vertex, s.diffuse))
+      if (enters(vertex, s.after_diffuse))
         extend_by(next, s, s.factor * share, of_staying);
       else
         extend_by(next, s, s.factor, of_all);
@@ -97,7 +98,7 @@ void EyeHistory::end(const Scene& scene, const PathVertex& light, const PathVert
                                                : uint32_t(kVisibleAll);
   const Color share = Lobes(vertex, to_eye).share(to_eye, to_light, visibility);
   for (State& s : states_)
-    if (enters(vertex, s.diffuse)) s.factor *= share;
+    if (enters(vertex, s.after_diffuse)) s.factor *= share;
 }
 
 Color EyeHistory::factor() const {

@@ -22,9 +22,9 @@ namespace ajar {
 inline bool can_enter(const PathVertex& vertex) {
   return vertex.kind == VertexKind::Surface && vertex.shading.bsdf.has_subsurface() && !on_strand(vertex.point);
 }
-/// Whether it enters after this number of diffuse bounces.
-inline bool enters(const PathVertex& vertex, int diffuse_depth) {
-  return can_enter(vertex) && (diffuse_depth == 0 || vertex.shading.medium.after_diffuse);
+/// Whether it enters, `after_diffuse`: after a bounce by a diffuse lobe.
+inline bool enters(const PathVertex& vertex, bool after_diffuse) {
+  return can_enter(vertex) && (!after_diffuse || vertex.shading.medium.after_diffuse);
 }
 
 /// Vertices are added in the order from the eye.
@@ -44,6 +44,7 @@ class EyeHistory {
  private:
   struct State {
     int diffuse = 0, glossy = 0, transmission = 0;
+    bool after_diffuse = false;
     Color factor{1.0f};
   };
   void extend(std::vector<State>& next, State state) const;

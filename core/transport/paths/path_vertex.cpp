@@ -336,7 +336,7 @@ void BounceCount::add(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool
     extend(s, shares.diffuse, 1, 0, 0);
     extend(s, shares.glossy, 0, 1, 0);
     extend(s, shares.transmission, 0, 0, 1);
-    extend(s, shares.diffuse_transmission, 1, 0, 1);
+    extend(s, shares.diffuse_transmission, 0, 0, 1);
   }
   states_ = std::move(next);
 }

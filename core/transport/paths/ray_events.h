@@ -37,7 +37,8 @@ inline uint32_t ray_kind_after(const BsdfSample& sample) {
   const bool diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
   next.ray_kind = ray_kind_after(sample);
   next.ray_depth = from.ray_depth + 1;
-  next.diffuse_depth = from.diffuse_depth + diffuse;
+  next.after_diffuse = from.after_diffuse || diffuse;
+  next.diffuse_depth = from.diffuse_depth + (diffuse && !transmitted);
   next.glossy_depth = from.glossy_depth + (!diffuse && !transmitted);
   next.transmission_depth = from.transmission_depth + transmitted;
   next.transparent_depth = from.transparent_depth;

@@ -68,7 +68,7 @@ float PhotonMap::share_within(PackedBounces left, const BounceCounts& before, co
     return PackedBounces(counts).within(left) ? share : 0.0f;
   };
   return after(shares.diffuse, 1, 0, 0) + after(shares.glossy, 0, 1, 0) + after(shares.transmission, 0, 0, 1) +
-         after(shares.diffuse_transmission, 1, 0, 1);
+         after(shares.diffuse_transmission, 0, 0, 1);
 }
 
 Color PhotonMap::irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup, BouncesOfIrradiance* limit) const {

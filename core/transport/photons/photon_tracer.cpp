@@ -161,6 +161,7 @@ class BlockTracer {
       if (outcome == AtSurface::Passed) continue;
       point.ray_kind = kRayDiffuse | kRayReflection;
       point.ray_depth = point.diffuse_depth = 1;
+      point.after_diffuse = true;
       point.channel_weights = glm::abs(flux);
       scene_.material(hit).evaluate_surface(point, shading_);
       const Side side = side_of_sphere(ray, hit, vertex, point, flux);

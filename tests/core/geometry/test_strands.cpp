@@ -194,6 +194,19 @@ TEST(Strands, instanced_and_baked_strands_give_the_same_hits) {
   }
 }
 
+TEST(Strands, an_uneven_scale_flattens_strands) {
+  for (const StrandShape shape : kShapes) {
+    SceneDescription d = empty_scene();
+    const Mat4 matrix(Vec4(0.25f, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, 0, 1));
+    add_object(d, straight(shape), add_diffuse(d, Color(0.5f)), matrix);
+    const auto scene = build(d);
+    EXPECT_TRUE(meets(*scene, {0.02f, -5, 1.3f}, {0, 1, 0})) << int(shape);
+    EXPECT_FALSE(meets(*scene, {0.03f, -5, 1.3f}, {0, 1, 0})) << int(shape);
+    EXPECT_TRUE(meets(*scene, {-5, 0.09f, 1.3f}, {1, 0, 0})) << int(shape);
+    EXPECT_FALSE(meets(*scene, {-5, 0.11f, 1.3f}, {1, 0, 0})) << int(shape);
+  }
+}
+
 TEST(Strands, rays_that_leave_a_strand_do_not_hit_it_at_their_origin) {
   // A single straight strand is convex. No ray that leaves a tube outwards or a ribbon in any direction hits it again.
   for (const StrandShape shape : kShapes) {

@@ -113,6 +113,39 @@ TEST(PathTracer, bounce_limit_zero_is_direct_light_only) {
   EXPECT_NEAR(e.mean, 0.75, 4.0 * e.standard_error);
 }
 
+/// Two translucent sheets between the eye and a sun.
+TEST(PathTracer, a_translucent_bounce_is_transmission_and_its_ray_sees_what_transmitted_rays_see) {
+  SceneDescription d;
+  set_camera(d, Vec3(0.0f, 0.1f, -3.0f), Vec3(0.0f), 8);
+  const int sheet = add_closure(d, "ShaderNodeBsdfTranslucent", {value_input("Color", Vec4(0.8f, 0.8f, 0.8f, 1.0f))});
+  add_object(d, plane(20.0f), sheet);
+  add_object(d, plane(20.0f), sheet, moved(Vec3(0.0f, 0.0f, 1.0f)));
+  LightDescription sun;
+  sun.kind = LightKind::Sun;
+  sun.energy = 3.0f;
+  sun.world_from_light = rows(shining(Vec3(0), Vec3(0, 0, -1)));
+  d.lights.push_back(sun);
+  const auto mean = [&](const std::string& integrator, int diffuse, int transmission, uint32_t hidden = 0) {
+    d.settings.bounces = {8, diffuse, 0, transmission, 8, 0};
+    d.objects[1].visibility = kVisibleAll & ~hidden;
+    d.settings.integrator = integrator;
+    const std::vector<float> image = render(d, 64);
+    double sum = 0.0;
+    for (size_t i = 0; i < image.size(); i += 4) sum += image[i];
+    return sum / double(image.size() / 4);
+  };
+  for (const std::string integrator : {"path", "bdpt"}) {
+    SCOPED_TRACE(integrator);
+    const double all = mean(integrator, 8, 8);
+    EXPECT_GT(all, 0.3);
+    EXPECT_NEAR(mean(integrator, 0, 8), all, 0.01 * all);
+    EXPECT_NEAR(mean(integrator, 8, 1), all, 0.01 * all);
+    EXPECT_EQ(mean(integrator, 8, 0), 0.0);
+  }
+  EXPECT_GT(mean("path", 8, 8, kVisibleDiffuse), 0.3);
+  EXPECT_EQ(mean("path", 8, 8, kVisibleTransmission), 0.0);
+}
+
 /// A wall that a lamp lights by way of a dark polished floor only: a card is between the lamp and the wall.
 TEST(PathTracer, light_in_a_dim_reflection_does_not_get_the_weight_of_russian_roulette) {
   constexpr float kWall = 0.5f, kFloor = 0.04f, kLamp = 100.0f;
