@@ -183,6 +183,12 @@ def lamps_have_a_space() -> bool:
     return bpy.app.version >= (4, 0)
 
 
+def normals_stay_perpendicular() -> bool:
+    """Whether Vector Transform keeps normals perpendicular to surfaces that are scaled unevenly. In 3.4 they are transformed like vectors; 4.2 to 5.2
+    keep them. The versions between were not tried."""
+    return bpy.app.version >= (4, 0)
+
+
 def lamps_have_uv() -> bool:
     """Whether the nodes of a lamp have UV coordinates. In 3.4 they are 0; in 4.2 to 5.2 Cycles has them. The versions between were not tried."""
     return bpy.app.version >= (4, 0)
@@ -288,22 +294,21 @@ def polygon_materials(mesh: bpy.types.Mesh) -> np.ndarray | None:
 
 
 def polygon_smooth(mesh: bpy.types.Mesh) -> np.ndarray:
-    """Whether each polygon is shaded smooth. None is where all edges are sharp."""
+    """Whether each polygon is shaded smooth. Without a flag for each, none is if all edges are sharp."""
     if bpy.app.version >= (4, 1):
-        if mesh.normals_domain == "FACE":
-            return np.zeros(len(mesh.polygons), dtype=bool)
         sharp = mesh.attributes.get("sharp_face")
         if sharp is None or sharp.domain != "FACE":
-            return np.ones(len(mesh.polygons), dtype=bool)
+            return np.full(len(mesh.polygons), mesh.normals_domain != "FACE")
         return ~_numbers(sharp.data, "value", 1, bool)
     return _numbers(mesh.polygons, "use_smooth", 1, bool)
 
 
 def has_split_normals(mesh: bpy.types.Mesh) -> bool:
-    """Whether the normals of one vertex may differ between smooth corners."""
-    if bpy.app.version >= (4, 1):
-        return mesh.normals_domain == "CORNER"
-    return mesh.use_auto_smooth or mesh.has_custom_normals
+    """Whether Cycles has a normal for each corner. Those of a flat face are all that of the polygon. Otherwise, the normals of smooth faces are those of
+    the vertices, and a flat face has those of its triangles. Measured in 3.4.1, 4.2.23, 4.5.15, 5.0.1 and 5.2.3."""
+    if bpy.app.version < (4, 1):
+        return mesh.use_auto_smooth
+    return mesh.normals_domain == "CORNER" and (bpy.app.version >= (5, 1) or mesh.has_custom_normals or "sharp_edge" in mesh.attributes)
 
 
 def has_custom_normals(mesh: bpy.types.Mesh) -> bool:

@@ -145,13 +145,11 @@ def _normals(mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray,
     if smooth.all() and not split:
         return ajar.Domain.Vertex, compat.vertex_normals(mesh)
     if split:
-        corners = compat.corner_normals(mesh)[loops]
-    else:
-        corners = compat.vertex_normals(mesh)[triangles]
-    if not smooth.all():
-        flat = ~smooth[polygons()]
-        # The normal of the triangle, not of its polygon, since polygons need not be planar.
-        corners[flat] = _triangle_normals(positions, triangles[flat])[:, None, :]
+        return ajar.Domain.Corner, compat.corner_normals(mesh)[loops].reshape(-1, 3)
+    corners = compat.vertex_normals(mesh)[triangles]
+    flat = ~smooth[polygons()]
+    # The normal of the triangle, not of its polygon, since polygons need not be planar.
+    corners[flat] = _triangle_normals(positions, triangles[flat])[:, None, :]
     return ajar.Domain.Corner, corners.reshape(-1, 3)
 
 

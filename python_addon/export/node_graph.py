@@ -419,7 +419,7 @@ def _volume_info(context: ExportContext, node: bpy.types.Node) -> list[tuple[str
 
 
 def _vector_transform(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
-    return [("lamp_has_space", [float(compat.lamps_have_a_space())])]
+    return [("lamp_has_space", [float(compat.lamps_have_a_space())]), ("normals_stay_perpendicular", [float(compat.normals_stay_perpendicular())])]
 
 
 def _ies(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:

@@ -102,7 +102,6 @@ def _collect(context: ExportContext, collected: Collected) -> None:
     geometries, appearances = collected.geometries, context.appearances
     hairs: dict[tuple[int, int, int], Geometry | None] = {}
     kind_of_parent: dict[int | tuple, int] = {}
-    emitters: set[int] = set()   # instancers with particles
     from_instancers: list[dict[str, named_values.Value]] = []   # of each instancer key
     asked_of_instancers, uses_origins = context.instancer_properties, context.uses_origins
     reader = instance_values.Reader(context, sorted(asked_of_instancers)) if asked_of_instancers and instance_values.CAN_READ else None
@@ -143,16 +142,11 @@ def _collect(context: ExportContext, collected: Collected) -> None:
             continue
         if instance.is_instance:
             owner, parent = instance.instance_object, instance.parent
-            parent_key = parent.as_pointer()
-            if asked_of_instancers or parent_key in emitters:
-                parent_key = _instancer_key(instance)
+            parent_key = parent.as_pointer() if not asked_of_instancers else _instancer_key(instance)
             kind = kind_of_parent.get(parent_key, -1)
             if kind < 0:
-                if len(parent.particle_systems) > 0:
-                    emitters.add(parent.as_pointer())
-                    parent_key = _instancer_key(instance)
                 from_instancer = _from_instancer(context, instance) if asked_of_instancers else {}
-                shows = (*_shows(context, parent), _color_of_instancer(instance), *from_instancer.items())
+                shows = (*_shows(context, parent), *from_instancer.items())
                 kind = kind_of_parent[parent_key] = kinds.setdefault(shows, len(kinds))
                 if kind == len(from_instancers):
                     from_instancers.append(from_instancer)
@@ -175,7 +169,7 @@ def _collect(context: ExportContext, collected: Collected) -> None:
             if _has_surface(context, thing, owner):
                 geometry = _geometry(context, thing, owner, parent, len(collected.order))
                 if parent is not None:
-                    _take_from_instancer(geometry, instance, from_instancers[kind])
+                    geometry.from_instancer = from_instancers[kind]
                 geometries[key] = geometry
                 collected.order.append(geometry)
                 if parent is None:
@@ -183,7 +177,7 @@ def _collect(context: ExportContext, collected: Collected) -> None:
         if key not in hairs:
             hairs[key] = hair = _hair(context, thing, owner, parent, collected) if owner.type == "MESH" else None
             if hair is not None and parent is not None:
-                _take_from_instancer(hair, instance, from_instancers[kind])
+                hair.from_instancer = from_instancers[kind]
         hair = hairs[key]
         if geometry is not None:
             add(instance, geometry)
@@ -223,19 +217,7 @@ def _hair(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Obje
 def _shows(context: ExportContext, parent: bpy.types.Object) -> tuple:
     """Data that instances have from their instancer."""
     return (_ray_visibility(parent), *context.linking.sets_of(parent), parent.indirect_only_get(view_layer=context.view_layer),
-            parent.holdout_get(view_layer=context.view_layer), parent.is_shadow_catcher, parent.lightgroup)
-
-
-def _color_of_instancer(instance: bpy.types.DepsgraphObjectInstance) -> tuple[float, ...] | None:
-    """The object colour that an instance has from its outermost instancer. Instances of particles have their own."""
-    return tuple(instance.parent.color) if instance.particle_system is None else None
-
-
-def _take_from_instancer(geometry: Geometry, instance: bpy.types.DepsgraphObjectInstance, values: dict[str, named_values.Value]) -> None:
-    geometry.from_instancer = values
-    color = _color_of_instancer(instance)
-    if color is not None:
-        geometry.look["color"] = color
+            parent.holdout_get(view_layer=context.view_layer), parent.is_shadow_catcher, parent.lightgroup, tuple(parent.color))
 
 
 def _instancer_key(instance: bpy.types.DepsgraphObjectInstance) -> tuple:
@@ -293,7 +275,7 @@ def _look(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Obj
     is_catcher = owner.is_shadow_catcher or (parent is not None and parent.is_shadow_catcher) or owner.original == context.catcher
     return {"name": owner.name, "visibility": _visibility(context, owner, parent),
             "holdout": (parent or owner).holdout_get(view_layer=context.view_layer), "shadow_catcher": is_catcher,
-            "pass_index": owner.pass_index, "color": tuple(owner.color), "importance": _importance(context, owner),
+            "pass_index": owner.pass_index, "color": tuple((parent or owner).color), "importance": _importance(context, owner),
             "shadow_terminator_offset": plain.of(compat.terminator_owner(owner)).shadow_terminator_geometry_offset, "light_importance": context.light_importance(group_owner),
             "asset": _topmost(owner).name, "light_group": group_owner.lightgroup, **context.linking.arguments(owner, parent)}
 
@@ -381,7 +363,8 @@ def _properties(context: ExportContext, geometry: Geometry) -> list[tuple[str, b
     if not context.object_properties and not context.instancer_properties:
         return []
     owner = geometry.owner if context.revisions is None else geometry.owner.evaluated_get(context.depsgraph)
-    of_objects = [(name, named_values.of_object(owner, name)) for name in sorted(context.object_properties)]
+    of_objects = [(name, geometry.look["color"] if name == "color" and name not in owner.keys() else named_values.of_object(owner, name))
+                  for name in sorted(context.object_properties)]
     found = [(name, False, value, -1) for name, value in of_objects if value is not None]
     for column, (name, value) in enumerate(_instancer_properties(context, geometry, owner)):
         if geometry.has_values or value is not named_values.NOT_FOUND:

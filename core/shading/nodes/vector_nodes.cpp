@@ -89,7 +89,10 @@ bool vector_transform(ProgramBuilder& b, int node, std::string_view output, Valu
         glm::affineInverse(along_z * camera_from_world)};
     value = between_spaces(b, vector, VectorKind(type), glm::affineInverse(world_from[to]) * world_from[from]);
   } else {
-    value = b.emit(Op::VectorTransform, Vector, {vector}, type | from << 2 | to << 4, b.add_matrix(camera_from_world));
+    const bool perpendicular = VectorKind(type) == VectorKind::Normal &&
+                               b.number(node, "normals_stay_perpendicular") != 0.0f;
+    const int kind = perpendicular ? 3 : type;
+    value = b.emit(Op::VectorTransform, Vector, {vector}, kind | from << 2 | to << 4, b.add_matrix(camera_from_world));
   }
   return output == "Vector";
 }

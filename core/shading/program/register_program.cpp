@@ -67,19 +67,33 @@ Vec3 camera_position(const ShadingPoint& point, const Mat4& camera_from_world) {
 }
 
 // variant: kind of vector (0 point, 1 vector, 2 normal) + 4 * (from + 4 * to)
+// The kinds 0 to 3: points, vectors, normals as vectors, and normals that stay perpendicular to a surface under uneven
+// scales. Cameras have no scale.
 Vec3 vector_transform(const ShadingPoint& point, uint8_t variant, const Mat4& camera_from_world, Vec3 v) {
-  const bool is_point = (variant & 3) == 0;
+  const int kind = variant & 3;
+  const bool is_point = kind == 0, stays_perpendicular = kind == 3;
   const auto from = nodes::Space(variant >> 2 & 3), to = nodes::Space(variant >> 4 & 3);
   const auto apply = [&](const Mat4& m) { v = is_point ? transform_point(m, v) : transform_vector(m, v); };
   const auto flip_z = [&] { v.z = -v.z; };
   if (from != to) {
     Mat4 moved;
-    if (from == nodes::Space::Object && point.instance) apply(world_from_object(*point.instance, point.time, moved));
+    const auto across = [&](const Mat4& inverse) { v = glm::transpose(Mat3(inverse)) * v; };
+    if (from == nodes::Space::Object && point.instance) {
+      if (stays_perpendicular)
+        across(object_from_world(*point.instance, point.time, moved));
+      else
+        apply(world_from_object(*point.instance, point.time, moved));
+    }
     if (from == nodes::Space::Camera) flip_z(), apply(glm::affineInverse(camera_from_world));
-    if (to == nodes::Space::Object && point.instance) apply(object_from_world(*point.instance, point.time, moved));
+    if (to == nodes::Space::Object && point.instance) {
+      if (stays_perpendicular)
+        across(world_from_object(*point.instance, point.time, moved));
+      else
+        apply(object_from_world(*point.instance, point.time, moved));
+    }
     if (to == nodes::Space::Camera) apply(camera_from_world), flip_z();
   }
-  return (variant & 3) == 2 ? nodes::normalize_or_zero(v) : v;
+  return kind >= 2 ? nodes::normalize_or_zero(v) : v;
 }
 
 /// The number of octaves after the first, at most 15 as in Blender; 0 for NaN.

@@ -85,6 +85,26 @@ def test_split_normals_keep_edges_sharp(build, export):
     np.testing.assert_allclose(out.normals.reshape(-1, 3, 3), np.repeat(np.cross(b - a, c - a)[:, None], 3, 1), atol=1e-3)
 
 
+@pytest.mark.parametrize("split", [False, True])
+def test_a_flat_face_has_the_normal_of_its_polygon_only_where_corners_have_normals(build, export, split):
+    """A flat face that is not planar, beside a smooth one."""
+    mesh = build.mesh("Bent", ((-1, -1, 0), (1, -1, 0), (1, 1, 1), (-1, 1, 0), (3, -1, 0), (3, 1, 0)), ((0, 1, 2, 3), (1, 4, 5, 2)))
+    for polygon, is_smooth in zip(mesh.polygons, (False, True), strict=True):
+        polygon.use_smooth = is_smooth
+    if bpy.app.version < (4, 1):
+        mesh.use_auto_smooth, mesh.auto_smooth_angle = split, 3.0
+    elif split:
+        mesh.edges[0].use_edge_sharp = True
+    build.object(mesh)
+    out = export().meshes[0]
+    a, b, c = (out.positions[out.triangles[:, k]] for k in range(3))
+    of_triangles = np.cross(b - a, c - a)
+    of_triangles /= np.linalg.norm(of_triangles, axis=1, keepdims=True)
+    of_polygon = np.tile(mesh.polygons[0].normal, (2, 1))
+    expected = of_polygon if split or bpy.app.version >= (5, 1) else of_triangles[:2]
+    np.testing.assert_allclose(out.normals.reshape(-1, 3, 3)[:2], np.repeat(expected[:, None], 3, 1), atol=1e-3)
+
+
 def test_custom_normals_are_exported(build, export):
     mesh = build.mesh()
     smooth(mesh)

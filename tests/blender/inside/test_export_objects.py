@@ -169,15 +169,20 @@ def test_instance_has_the_colour_and_the_shadow_catcher_of_its_instancer(build, 
     assert found == [((0.1, 0.1, 0.8, 1.0), True, 1), ((0.1, 0.8, 0.1, 1.0), False, 1)]
 
 
-def test_instances_of_particles_have_the_colour_of_their_object(build, export):
-    thing = build.object(build.mesh())
+def test_instances_of_particles_have_the_colour_of_the_emitter(build, export):
+    thing = build.object(build.mesh(), location=(5.0, 0.0, 0.0))
     thing.color = (0.8, 0.1, 0.1, 1.0)
     emitter = build.object(build.mesh(), "Emitter")
     emitter.color = (0.1, 0.8, 0.1, 1.0)
     system = emitter.modifiers.new("Particles", "PARTICLE_SYSTEM").particle_system.settings
     system.type, system.count, system.render_type, system.instance_object = "HAIR", 5, "OBJECT", thing
     emitter.show_instancer_for_render = emitter.show_instancer_for_viewport = False
-    assert {tuple(round(number, 3) for number in o.color) for o in export().objects} == {(0.8, 0.1, 0.1, 1.0)}
+    out = export()
+    count = {}
+    for instance in out.instances:
+        color = tuple(round(number, 3) for number in out.objects[instance.object].color)
+        count[color] = count.get(color, 0) + 1
+    assert count == {(0.8, 0.1, 0.1, 1.0): 1, (0.1, 0.8, 0.1, 1.0): 5}
 
 
 @pytest.mark.parametrize("own, found", [("", "Keys"), ("Fills", "Fills")])

@@ -530,6 +530,20 @@ TEST(ShaderNodes, texture_coordinates_of_a_moved_and_scaled_object_are_correct) 
   expect_near(read(s, "ShaderNodeTexCoord", "Normal"), Color(std::sqrt(0.5f), std::sqrt(0.5f), 0.0f), 5e-5f);
 }
 
+TEST(ShaderNodes, normals_between_spaces_are_vectors_or_stay_perpendicular) {
+  const Surface s;  // twice as long along x
+  const auto transformed = [&](const std::string& from, const std::string& to, Vec4 normal, float perpendicular) {
+    return read(s, "ShaderNodeVectorTransform", "Vector", {value_input("Vector", normal)},
+                {text_property("vector_type", "NORMAL"), text_property("convert_from", from),
+                 text_property("convert_to", to), number_property("normals_stay_perpendicular", {perpendicular})});
+  };
+  const float length = std::sqrt(5.0f), half = std::sqrt(0.5f);
+  expect_near(transformed("OBJECT", "WORLD", Vec4(1, 1, 0, 0), 0), Color(2 / length, 1 / length, 0.0f), 5e-5f);
+  expect_near(transformed("OBJECT", "WORLD", Vec4(1, 1, 0, 0), 1), Color(1 / length, 2 / length, 0.0f), 5e-5f);
+  expect_near(transformed("WORLD", "OBJECT", Vec4(2, 1, 0, 0), 0), Color(half, half, 0.0f), 5e-5f);
+  expect_near(transformed("WORLD", "OBJECT", Vec4(1, 2, 0, 0), 1), Color(half, half, 0.0f), 5e-5f);
+}
+
 TEST(ShaderNodes, camera_and_window_coordinates_follow_the_camera) {
   const Surface s;
   CameraDescription camera;
