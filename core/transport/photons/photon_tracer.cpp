@@ -9,7 +9,6 @@
 #include "sampling/sampler.h"
 #include "transport/direct/lobe_split.h"
 #include "transport/media/path_media.h"
-#include "transport/paths/ray_events.h"
 #include "transport/paths/walk.h"
 #include "transport/photons/photon_directions.h"
 #include "transport/photons/photon_lookups.h"
