@@ -19,13 +19,13 @@ float pixel_width(const ShadingPoint& point, const BumpFootprint& footprint) {
   return 0.5f * footprint.pixel * distance * cosine * (safe_sqrt(1.0f - d.x * d.x) + safe_sqrt(1.0f - d.y * d.y));
 }
 
-BumpOffsets bump_offsets(const ShadingPoint& point, const BumpFootprint& footprint) {
+BumpOffsets bump_offsets(const ShadingPoint& point, const BumpFootprint& footprint, float filter_width) {
   const Vec3 n = point.ng;
   // Apart from rounding and the size of the step, any direction in the plane is equally good. This is the direction
   // that Cycles uses.
   Vec3 x = n.x != n.y || n.x != n.z ? Vec3(n.z - n.y, n.x - n.z, n.y - n.x) : Vec3(n.z - n.y, n.x + n.z, -n.y - n.x);
   x = normalize_or_zero(x);
-  const float size = pixel_width(point, footprint) * footprint.filter_width;
+  const float size = pixel_width(point, footprint) * filter_width;
   return {size * x, size * glm::cross(n, x)};
 }
 
@@ -75,9 +75,7 @@ ShadingPoint undisplaced(const ShadingPoint& point) {
   return original;
 }
 
-Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, const BumpHeights& heights, float strength,
-          float distance, Vec3 normal) {
-  const BumpOffsets offsets = bump_offsets(point, footprint);
+Vec3 bump(const BumpOffsets& offsets, const BumpHeights& heights, float strength, float distance, Vec3 normal) {
   const Vec3 rx = glm::cross(offsets.y, normal), ry = glm::cross(normal, offsets.x);
   const float determinant = glm::dot(offsets.x, rx);
   const Vec3 gradient = (heights.x - heights.here) * rx + (heights.y - heights.here) * ry;

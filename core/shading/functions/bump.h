@@ -2,6 +2,8 @@
 // point and at two points beside it, in the plane of the triangle.
 #pragma once
 
+#include <array>
+
 #include "description/scene_description.h"
 #include "shading/bsdf/shading_point.h"
 
@@ -15,7 +17,9 @@ struct BumpFootprint {
   CameraKind camera = CameraKind::Perspective;
   Mat4 camera_from_world{1.0f};
   float pixel = 1e-3f;  ///< width of a pixel: at distance 1, or everywhere for an orthographic camera
-  float filter_width = 1.0f;
+  static constexpr int kMostWidths = 4;
+  std::array<float, kMostWidths> filter_widths{1.0f, 1.0f, 1.0f, 1.0f};  ///< different values of Filter Width
+  int widths = 1;                                                        ///< their number
 };
 
 }  // namespace ajar
@@ -29,7 +33,7 @@ struct BumpOffsets {
 };
 /// The width of a camera pixel at the point: the mean over both directions of the image.
 float pixel_width(const ShadingPoint& point, const BumpFootprint& footprint);
-BumpOffsets bump_offsets(const ShadingPoint& point, const BumpFootprint& footprint);
+BumpOffsets bump_offsets(const ShadingPoint& point, const BumpFootprint& footprint, float filter_width);
 /// The point, moved in its plane. Position and barycentric coordinates change; normals do not.
 ShadingPoint shifted(const ShadingPoint& point, Vec3 offset);
 
@@ -40,8 +44,7 @@ struct BumpHeights {
 /// The point on the surface before its displacement (BuiltMesh::undisplaced).
 ShadingPoint undisplaced(const ShadingPoint& point);
 /// `normal`, tilted against the slope of the heights, with length 1.
-Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, const BumpHeights& heights, float strength,
-          float distance, Vec3 normal);
+Vec3 bump(const BumpOffsets& offsets, const BumpHeights& heights, float strength, float distance, Vec3 normal);
 
 /// The displacement of the surface in world space: along the normal, or as a vector in a given space.
 Vec3 displacement(const ShadingPoint& point, DisplacementSpace space, float amount, Vec3 normal);

@@ -14,19 +14,23 @@ Value normal_input(ProgramBuilder& b, int node) {
 }
 
 /// As in Cycles, the value of the socket counts even if it is linked. Blender before 4.3 compares heights a pixel apart.
-void set_filter_width(ProgramBuilder& b, int node) {
+int filter_width(ProgramBuilder& b, int node) {
+  float pixels = 1.0f;
   for (const NodeInput& input : b.node(node).inputs)
-    if (input.socket == "Filter Width" && !b.set_filter_width(input.value.x))
-      b.report(node, "all bumps of a material have the Filter Width of its first one");
+    if (input.socket == "Filter Width") pixels = input.value.x;
+  const std::optional<int> width = b.filter_width(pixels);
+  if (!width)
+    b.report(node, "its material has too many different values of Filter Width: that of another bump is used");
+  return width.value_or(0);
 }
 
 bool bump_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  set_filter_width(b, node);
+  const int width = filter_width(b, node);
   Value distance = b.input(node, "Distance", Float, Vec4(1.0f));
   if (b.number(node, "invert") != 0.0f) distance = b.emit(Op::Product, Float, {distance, b.constant(-1.0f)});
-  value = b.bumped([&] { return b.input(node, "Height", Float, Vec4(1.0f)); },
-                   b.input(node, "Strength", Float, Vec4(1.0f)), distance, normal_input(b, node),
-                   b.number(node, "keeps_normal") != 0.0f);
+  value = b.bumped(
+      width, [&] { return b.input(node, "Height", Float, Vec4(1.0f)); }, b.input(node, "Strength", Float, Vec4(1.0f)),
+      distance, normal_input(b, node), b.number(node, "keeps_normal") != 0.0f);
   return output == "Normal";
 }
 
@@ -83,10 +87,10 @@ Value displaced_normal(ProgramBuilder& b) {
     if (moved.type == Closure) return b.constant(0.0f);
     return b.emit(Op::VectorMathValue, Float, {moved, normal}, int(VectorOperation::DotProduct));
   };
-  b.set_filter_width(b.number(link.node, "filter_width", 1.0f));
+  const int width = b.filter_width(b.number(link.node, "filter_width", 1.0f)).value_or(0);
   const bool keeps_normal = b.number(link.node, "keeps_normal") != 0.0f;
   const Value one = b.constant(1.0f);
-  return b.bumped(height, one, one, normal, keeps_normal);
+  return b.bumped(width, height, one, one, normal, keeps_normal);
 }
 
 }  // namespace ajar::nodes

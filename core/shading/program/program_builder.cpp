@@ -102,10 +102,16 @@ int ProgramBuilder::choice(int node, std::string_view property, std::initializer
   return fallback;
 }
 
-bool ProgramBuilder::set_filter_width(float pixels) {
+std::optional<int> ProgramBuilder::filter_width(float pixels) {
   pixels = std::clamp(pixels, 1e-3f, 1e3f);
-  if (!filter_width_) tables.bump.filter_width = *(filter_width_ = pixels);
-  return *filter_width_ == pixels;
+  auto& known = tables.bump.filter_widths;
+  const int found = int(std::find(known.begin(), known.begin() + filter_widths_, pixels) - known.begin());
+  if (found == BumpFootprint::kMostWidths) return std::nullopt;
+  if (found == filter_widths_) {
+    known[size_t(found)] = pixels;
+    tables.bump.widths = ++filter_widths_;
+  }
+  return found;
 }
 
 void ProgramBuilder::report(int node, const std::string& message) {

@@ -94,20 +94,21 @@ class ProgramBuilder {
   Value object_incoming();
   Operand displaced_normal() const { return surface_normal_ ? surface_normal_->at : kNoOperand; }
   void set_displaced_normal(Value normal) { surface_normal_ = normal; }
-  /// Sets the distance of the heights that `bumped` compares, in pixels. All bumps of a program have the distance of
-  /// the first one. Returns false if this one is another.
-  bool set_filter_width(float pixels);
+  /// A number for `bumped`: the distance of the heights that it compares, in pixels. Nothing if the program has too many
+  /// different ones.
+  std::optional<int> filter_width(float pixels);
   /// A normal that is tilted by a height field. `height()` is called for the point and for the two points beside it,
-  /// which are selected by shift_.
+  /// which are selected by shift_. `width`: filter_width.
   /// With `keeps_normal` it is not bent towards the eye.
   template <class Height>
-  Value bumped(Height&& height, Value strength, Value distance, Value normal, bool keeps_normal) {
+  Value bumped(int width, Height&& height, Value strength, Value distance, Value normal, bool keeps_normal) {
     Value h[3];
-    at_three_points(true, height, h);
+    at_three_points(width, true, height, h);
     if (h[0].at == h[1].at && h[0].at == h[2].at) return normal;
     measure_pixels();
     tables.bump.used = true;
-    return emit(Op::Bump, SocketType::Vector, {h[0], h[1], h[2], strength, distance, normal}, keeps_normal);
+    return emit(Op::Bump, SocketType::Vector, {h[0], h[1], h[2], strength, distance, normal},
+                int(keeps_normal) | width << 1);
   }
 
   /// Whether an image has to be the mean over a pixel: images with levels, except in heights and displacements, which
@@ -118,7 +119,7 @@ class ProgramBuilder {
   /// The value of `coordinates()` at the point and at the two points beside it. Returns false if they are equal.
   template <class Coordinates>
   bool beside(Coordinates&& coordinates, Value (&values)[3]) {
-    at_three_points(exact_images_, coordinates, values);
+    at_three_points(0, exact_images_, coordinates, values);
     if (values[0].at == values[1].at && values[0].at == values[2].at) return false;
     measure_pixels();
     tables.bump.used = true;
@@ -163,11 +164,11 @@ class ProgramBuilder {
 
  private:
   template <class Evaluated>
-  void at_three_points(bool exact_images, Evaluated&& value, Value (&values)[3]) {
+  void at_three_points(int width, bool exact_images, Evaluated&& value, Value (&values)[3]) {
     const Shift outer = shift_;
     const bool outer_exact = std::exchange(exact_images_, exact_images);
     for (const Shift shift : {Shift::None, Shift::X, Shift::Y}) {
-      shift_ = shift;
+      shift_ = at_width(shift, width);
       values[size_t(shift)] = value();
     }
     shift_ = outer;
@@ -190,7 +191,7 @@ class ProgramBuilder {
   TextureStore& textures_;
   Diagnostics& diagnostics_;
   const ShaderContext& context_;
-  std::map<std::pair<int, std::string>, Value, std::less<>> values_[2][3];  // by exact_images_ and shift
+  std::map<std::pair<int, std::string>, Value, std::less<>> values_[2][kMostShifts];  // by exact_images_ and shift
   Shift shift_ = Shift::None;
   bool exact_images_ = false;  ///< see takes_means
   std::optional<Value> surface_normal_;
@@ -198,7 +199,7 @@ class ProgramBuilder {
   std::vector<bool> on_stack_;
   std::map<std::pair<int, std::string>, bool> read_;
   int depth_ = 0, register_count_ = 0;
-  std::optional<float> filter_width_;
+  int filter_widths_ = 0;  // their number
 };
 
 }  // namespace ajar

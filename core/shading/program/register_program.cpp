@@ -153,7 +153,7 @@ nodes::WaveParameters wave_parameters(uint8_t variant, Vec3 distortion, Vec3 sha
 namespace {
 
 /// `points` are the point and the two points beside it. All three are equal if there is no bump mapping.
-void run_at(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint* const (&points)[3],
+void run_at(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint* const* points,
             float* registers) {
   const float* constants = tables.constants.data();
   for (const Instruction* i = code; i != code + count; ++i) {
@@ -275,10 +275,10 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::Image: store4(nodes::image(tables.images[i->data], Vec2(v(0)))); break;
       case Op::ImageBox: store4(nodes::image_box(tables.images[i->data], v(0), nodes::object_normal(point))); break;
       case Op::ImageOver:  // coordinates at the point and beside it
-        store4(nodes::image_over(tables.images[i->data], {v(0), v(1), v(2)}, tables.bump.filter_width));
+        store4(nodes::image_over(tables.images[i->data], {v(0), v(1), v(2)}, tables.bump.filter_widths[0]));
         break;
       case Op::ImageBoxOver:
-        store4(nodes::image_box_over(tables.images[i->data], {v(0), v(1), v(2)}, tables.bump.filter_width,
+        store4(nodes::image_box_over(tables.images[i->data], {v(0), v(1), v(2)}, tables.bump.filter_widths[0],
                                      nodes::object_normal(point)));
         break;
       case Op::Environment: {
@@ -360,9 +360,11 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
         store3(nodes::normal_map(point, nodes::NormalMapSpace(i->variant & 7),
                                  nodes::NormalMapGeneration(i->variant >> 3), tables.names[i->data], f(0), v(1)));
         break;
-      case Op::Bump: {  // height at the point, heights beside it, strength, distance, normal; variant: keep the normal
-        const Vec3 n = nodes::bump(point, tables.bump, {f(0), f(1), f(2)}, f(3), f(4), v(5));
-        store3(i->variant != 0 ? n : closures::safe_shading_normal(point.ng, point.wo, n));
+      case Op::Bump: {  // height at the point, heights beside it, strength, distance, normal
+        // variant: keep the normal, Filter Width << 1
+        const auto offsets = nodes::bump_offsets(point, tables.bump, tables.bump.filter_widths[i->variant >> 1]);
+        const Vec3 n = nodes::bump(offsets, {f(0), f(1), f(2)}, f(3), f(4), v(5));
+        store3(i->variant & 1 ? n : closures::safe_shading_normal(point.ng, point.wo, n));
         break;
       }
       case Op::Displacement:
@@ -405,9 +407,28 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
 
 void run_bumped(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
                 float* registers) {
-  const nodes::BumpOffsets offsets = nodes::bump_offsets(point, tables.bump);
-  const ShadingPoint x = nodes::shifted(point, offsets.x), y = nodes::shifted(point, offsets.y);
-  run_at(code, count, tables, {&point, &x, &y}, registers);
+  const auto beside = [&](int width) {
+    const nodes::BumpOffsets offsets = nodes::bump_offsets(point, tables.bump,
+                                                           tables.bump.filter_widths[size_t(width)]);
+    return std::array{nodes::shifted(point, offsets.x), nodes::shifted(point, offsets.y)};
+  };
+  const std::array<ShadingPoint, 2> first = beside(0);
+  const ShadingPoint* points[kMostShifts] = {&point, &first[0], &first[1]};
+  if (tables.bump.widths == 1) [[likely]]
+    return run_at(code, count, tables, points, registers);
+  std::array<std::array<ShadingPoint, 2>, BumpFootprint::kMostWidths - 1> others;
+  for (int width = 1; width < tables.bump.widths; ++width) {
+    others[size_t(width - 1)] = beside(width);
+    for (size_t i = 0; i < 2; ++i) points[size_t(2 * width + 1) + i] = &others[size_t(width - 1)][i];
+  }
+  run_at(code, count, tables, points, registers);
+}
+
+void run_unbumped(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
+                  float* registers) {
+  const ShadingPoint* points[kMostShifts];
+  std::fill(std::begin(points), std::end(points), &point);
+  run_at(code, count, tables, points, registers);
 }
 
 }  // namespace
@@ -418,12 +439,12 @@ void run(const Instruction* code, size_t count, const ProgramTables& tables, con
   if (tables.bump.used)
     run_bumped(code, count, tables, point, registers);
   else
-    run_at(code, count, tables, {&point, &point, &point}, registers);
+    run_unbumped(code, count, tables, point, registers);
 }
 
 void run_inside(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
                 float* registers) {
-  run_at(code, count, tables, {&point, &point, &point}, registers);
+  run_unbumped(code, count, tables, point, registers);
 }
 
 }  // namespace ajar

@@ -81,8 +81,14 @@ const OpInfo& info(Op op);
 /// Returns true if the instruction reads a position on the surface, so that it can also be evaluated beside the point.
 bool can_shift(Op op);
 
-/// Where an instruction is evaluated. Bump mapping compares the height at the point with the heights beside it.
+/// Where an instruction is evaluated. Bump mapping compares the height at the point with the heights beside it, at
+/// a distance for each Filter Width.
 enum class Shift : uint8_t { None, X, Y };
+inline constexpr size_t kMostShifts = 1 + 2 * BumpFootprint::kMostWidths;
+/// The same place at the distance of another Filter Width.
+constexpr Shift at_width(Shift shift, int width) {
+  return shift == Shift::None ? shift : Shift(int(shift) + 2 * width);
+}
 
 /// One step. `variant` selects an operation within the family (a blend type, an output of Light Path). `data` is an
 /// index into the lists of tables, textures, names or matrices, or holds packed flags.

@@ -330,37 +330,73 @@ TEST(ShaderNodes, wires_extend_half_of_their_size_from_each_edge) {
   EXPECT_EQ(wire(9.0f, {0.5f, 0.1f}), 0.0f);
 }
 
-// A tilted plane below an orthographic camera whose pixels are a quarter of a metre wide. The normal depends on the
-// distance between the evaluated heights.
+namespace {
+
+/// A tilted plane below an orthographic camera whose pixels are a quarter of a metre wide. The normal of a bump depends
+/// on the distance between the evaluated heights.
+struct TiltedPlane {
+  explicit TiltedPlane(Vec2 place) {
+    const Vec2 slope(0.3f, -0.2f);
+    surface.instance.world_from_object = surface.instance.object_from_world = Mat4(1.0f);
+    ShadingPoint& point = surface.point;
+    point.position = Vec3(place, glm::dot(slope, place));
+    point.dpdu = Vec3(1.0f, 0.0f, slope.x);
+    point.dpdv = Vec3(0.0f, 1.0f, slope.y);
+    point.ng = point.ns = glm::normalize(Vec3(-slope, 1.0f));
+    point.wo = Vec3(0, 0, 1);
+    camera.present = true;
+    camera.kind = CameraKind::Orthographic;
+    camera.screen_window = Vec4(-1, 1, -1, 1);
+    context.camera = &camera;
+    context.image_width = 8;
+  }
+  TiltedPlane(const TiltedPlane&) = delete;
+  Surface surface;
+  CameraDescription camera;
+  ShaderContext context;
+};
+
+int add_wave(GraphBuilder& g, int geometry) {
+  return g.node("ShaderNodeTexWave", {linked_input("Vector", geometry, "Position"), value_input("Scale", 0.13f)},
+                {text_property("bands_direction", "DIAGONAL")});
+}
+
+}  // namespace
+
+TEST(ShaderNodes, each_bump_has_its_own_filter_width) {
+  const TiltedPlane plane{Vec2(0.3f, 0.4f)};
+  const auto add_bump = [](GraphBuilder& g, int wave, float width) {
+    return g.node("ShaderNodeBump", {linked_input("Height", wave, "Fac"), value_input("Filter Width", width)});
+  };
+  const auto evaluate = [&](GraphBuilder& g, int node, const char* output) {
+    return value_of(g, node, output, plane.surface.point, nullptr, nullptr, plane.context);
+  };
+  const auto alone = [&](float width) {
+    GraphBuilder g;
+    return evaluate(g, add_bump(g, add_wave(g, g.node("ShaderNodeNewGeometry")), width), "Normal");
+  };
+  EXPECT_GT(glm::length(alone(0.1f) - alone(4.0f)), 0.05f);
+  for (const auto& [first, second] : {std::pair{0.1f, 4.0f}, std::pair{4.0f, 0.1f}, std::pair{1.0f, 1.0f}}) {
+    GraphBuilder g;
+    const int wave = add_wave(g, g.node("ShaderNodeNewGeometry"));
+    const int a = add_bump(g, wave, first), b = add_bump(g, wave, second);
+    const int difference = g.node("ShaderNodeVectorMath",
+                                  {linked_input("Vector", a, "Normal"), linked_input("Vector_001", b, "Normal")},
+                                  {text_property("operation", "SUBTRACT")});
+    expect_near(evaluate(g, difference, "Vector"), alone(first) - alone(second), 1e-5f);
+  }
+}
+
 TEST(ShaderNodes, bumped_normals_are_those_of_cycles) {
-  const Vec2 slope(0.3f, -0.2f);
   std::ifstream file(AJAR_TEST_DIRECTORY "/node_values.txt");
   int cases = 0;
   for (std::string line; std::getline(file, line);) {
     if (line.empty() || line[0] != '@') continue;
     const std::vector<std::string> columns = split(line, '\t');
     ASSERT_EQ(columns.size(), 4u) << line;
-    Surface s;
-    s.instance.world_from_object = s.instance.object_from_world = Mat4(1.0f);
-    const Vec2 place(vector_of(columns[1]));
-    s.point.position = Vec3(place, glm::dot(slope, place));
-    s.point.dpdu = Vec3(1.0f, 0.0f, slope.x);
-    s.point.dpdv = Vec3(0.0f, 1.0f, slope.y);
-    s.point.ng = s.point.ns = glm::normalize(Vec3(-slope, 1.0f));
-    s.point.wo = Vec3(0, 0, 1);
-    CameraDescription camera;
-    camera.present = true;
-    camera.kind = CameraKind::Orthographic;
-    camera.screen_window = Vec4(-1, 1, -1, 1);
-    ShaderContext context;
-    context.camera = &camera;
-    context.image_width = 8;
-
+    const TiltedPlane plane{Vec2(vector_of(columns[1]))};
     GraphBuilder g;
-    const int geometry = g.node("ShaderNodeNewGeometry");
-    const int wave = g.node("ShaderNodeTexWave",
-                            {linked_input("Vector", geometry, "Position"), value_input("Scale", 0.13f)},
-                            {text_property("bands_direction", "DIAGONAL")});
+    const int geometry = g.node("ShaderNodeNewGeometry"), wave = add_wave(g, geometry);
     const std::string kind = columns[0].substr(1);
     const int node = g.node("ShaderNode" + kind, {linked_input("Height", wave, "Fac")});
     for (const std::string& setting : split(columns[2], ';')) {
@@ -371,7 +407,8 @@ TEST(ShaderNodes, bumped_normals_are_those_of_cycles) {
         g.graph.nodes[size_t(node)].inputs.push_back(value_input(property.name, property.numbers[0]));
     }
     if (kind == "Displacement") g.graph.displacement = {node, "Displacement"};
-    const Color normal = value_of(g, kind == "Bump" ? node : geometry, "Normal", s.point, nullptr, nullptr, context);
+    const Color normal = value_of(g, kind == "Bump" ? node : geometry, "Normal", plane.surface.point, nullptr, nullptr,
+                                  plane.context);
     expect_near(normal, Color(vector_of(columns[3])), 2e-4f, line);
     ++cases;
   }
