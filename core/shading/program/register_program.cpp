@@ -424,27 +424,24 @@ void run_bumped(const Instruction* code, size_t count, const ProgramTables& tabl
   run_at(code, count, tables, points, registers);
 }
 
-void run_unbumped(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
-                  float* registers) {
-  const ShadingPoint* points[kMostShifts];
-  std::fill(std::begin(points), std::end(points), &point);
-  run_at(code, count, tables, points, registers);
-}
-
 }  // namespace
 
 void run(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
          float* registers) {
   if (count == 0) return;
-  if (tables.bump.used)
+  if (tables.bump.used) {
     run_bumped(code, count, tables, point, registers);
-  else
-    run_unbumped(code, count, tables, point, registers);
+  } else {
+    const ShadingPoint* const here = &point;
+    run_at(code, count, tables, &here, registers);
+  }
 }
 
 void run_inside(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
                 float* registers) {
-  run_unbumped(code, count, tables, point, registers);
+  const ShadingPoint* points[kMostShifts];
+  std::fill(std::begin(points), std::end(points), &point);
+  run_at(code, count, tables, points, registers);
 }
 
 }  // namespace ajar
