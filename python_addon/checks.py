@@ -54,7 +54,8 @@ def _is_biased(scene: bpy.types.Scene) -> bool:
 
 
 FIXES = (
-    Fix("CAMERA", "The scene has no camera, so there is nothing to render.", "Use or Add a Camera", lambda scene: scene.camera is None, _take_camera),
+    Fix("CAMERA", "The scene has no camera, so there is nothing to render.", "Use or Add a Camera",
+        lambda scene: scene.camera is None or scene.camera.type != "CAMERA", _take_camera),   # any object can be the camera of a scene
     Fix("CLAMPING", "Clamping removes light: bright parts of the picture become too dark.", "Switch Clamping Off",
          lambda scene: scene.ajar.integrator == "path" and (scene.ajar.clamp_direct > 0 or scene.ajar.clamp_indirect > 0),
          _set(clamp_direct=0.0, clamp_indirect=0.0)),

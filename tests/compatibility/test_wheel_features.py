@@ -1,5 +1,5 @@
-"""Light linking, shadow linking, shadow catchers, ray portals, attributes at the hits of Raycast, suns with extent, steep colour ramps and attributes of
-instances. Blender 3.4 has them not, only in part or in another form. They are compared with Cycles of a newer Blender."""
+"""Light linking, shadow linking, shadow catchers, ray portals, attributes at the hits of Raycast, suns with extent, steep colour ramps, attributes of
+instances, and what nodes read in many kinds of instances. Blender 3.4 has them not, only in part or in another form. They are compared with Cycles of a newer Blender."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ import pytest
 
 
 # `make test` renders each script in one Blender, `make agreement` in both.
-SAMPLE = [("4.2.23", "linking_inside.py"), ("5.2.3", "portals_inside.py"), ("5.2.3", "suns_inside.py"), ("5.2.3", "instances_inside.py")]
+SAMPLE = [("4.2.23", "linking_inside.py"), ("5.2.3", "portals_inside.py"), ("5.2.3", "suns_inside.py"), ("5.2.3", "instances_inside.py"),
+          ("5.2.3", "outputs_inside.py")]
 ALL = [*SAMPLE, ("5.2.3", "linking_inside.py"), ("4.2.23", "portals_inside.py"), ("4.2.23", "suns_inside.py")]
 
 

@@ -51,6 +51,14 @@ def test_clamping_that_auto_ignores_is_no_warning(plain):
     assert names(plain) == set()
 
 
+def test_an_object_that_is_no_camera_is_replaced(plain):
+    plain.camera = bpy.data.objects.new("Cube", None)
+    plain.collection.objects.link(plain.camera)
+    assert names(plain) == {"CAMERA"}
+    assert bpy.ops.ajar.fix(what="CAMERA") == {"FINISHED"}
+    assert plain.camera.type == "CAMERA"
+
+
 def test_every_check_has_a_case():
     assert set(BREAK) == {fix.name for fix in checks.FIXES}
 
