@@ -49,9 +49,9 @@ KNOWN = (
     Known("SunLight", "angle", "*", NEW, "a wide sun is brighter towards its rim, as in Blender 3; in newer Blenders its radiance is constant"),
 )
 
-# Nodes that Cycles does not have. It renders black, or 0, for them.
+# Nodes that Cycles does not have. It renders black, or ignores their links.
 NOT_OF_CYCLES = {"EeveeSpecular", "ShaderToRGB", "Squeeze", "UVAlongStroke"}
-NO_NODE_OF_CYCLES = "Cycles does not have this node: it renders black, or uses 0"
+NO_NODE_OF_CYCLES = "Cycles does not have this node: it renders black, or ignores the links"
 
 
 @dataclass
