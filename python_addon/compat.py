@@ -189,6 +189,11 @@ def normals_stay_perpendicular() -> bool:
     return bpy.app.version >= (4, 0)
 
 
+def suns_have_no_falloff() -> bool:
+    """Whether a sun shines with any output of Light Falloff. It does in 5.2; in 3.4 and 4.2 it is black with Linear and Constant."""
+    return bpy.app.version >= (5, 1)
+
+
 def lamps_have_uv() -> bool:
     """Whether the nodes of a lamp have UV coordinates. In 3.4 they are 0; in 4.2 to 5.2 Cycles has them. The versions between were not tried."""
     return bpy.app.version >= (4, 0)

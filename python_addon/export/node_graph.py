@@ -422,6 +422,10 @@ def _vector_transform(_context: ExportContext, _node: bpy.types.Node) -> list[tu
     return [("lamp_has_space", [float(compat.lamps_have_a_space())]), ("normals_stay_perpendicular", [float(compat.normals_stay_perpendicular())])]
 
 
+def _light_falloff(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [("suns_have_none", [float(compat.suns_have_no_falloff())])]
+
+
 def _ies(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
     return [*_ies_content(node), ("seen_from_eye", [float(compat.ies_is_seen_from_eye())])]
 
@@ -512,6 +516,7 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeTexCoord": _object_of_coordinates,
     "ShaderNodeTexIES": _ies,
     "ShaderNodeVectorTransform": _vector_transform,
+    "ShaderNodeLightFalloff": _light_falloff,
     "ShaderNodeTexVoronoi": _voronoi,
     "ShaderNodeBsdfDiffuse": _diffuse,
     "ShaderNodeBsdfSheen": _bumped,

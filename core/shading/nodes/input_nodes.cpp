@@ -218,7 +218,8 @@ bool light_falloff(ProgramBuilder& b, int node, std::string_view output, Value& 
   const int power = output == "Quadratic" ? 0 : output == "Linear" ? 1 : output == "Constant" ? 2 : -1;
   if (power < 0) return false;
   value = b.emit(Op::LightFalloff, Float,
-                 {b.input(node, "Strength", Float, Vec4(100.0f)), b.input(node, "Smooth", Float)}, power);
+                 {b.input(node, "Strength", Float, Vec4(100.0f)), b.input(node, "Smooth", Float)},
+                 power | (b.number(node, "suns_have_none") != 0.0f ? 4 : 0));
   return true;
 }
 

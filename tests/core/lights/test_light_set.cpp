@@ -1058,6 +1058,29 @@ TEST(LightSet, shaders_of_lamps_can_depend_on_the_distance) {
   EXPECT_NEAR(far->radiance.x / near->radiance.x, 3.0f / 9.0f, 1e-5f);
 }
 
+TEST(LightSet, suns_have_a_falloff_or_none) {
+  for (const float none : {0.0f, 1.0f})
+    for (const char* output : {"Quadratic", "Linear", "Constant"}) {
+      SceneDescription d;
+      add_object(d, plane(1.0f), add_diffuse(d, Color(0.5f)));
+      set_camera(d, Vec3(0, 0, 3), Vec3(0), 4);
+      LightDescription sun = lamp(LightKind::Sun, placed(Vec3(0), Vec3(0, 0, -1)));
+      Node falloff{"ShaderNodeLightFalloff",
+                   "Light Falloff",
+                   {{"Strength", {}, Vec4(1.0f)}, {"Smooth", {}, Vec4(1.0f)}},
+                   {number_property("suns_have_none", {none})}};
+      Node emission{
+          "ShaderNodeEmission", "Emission", {{"Color", {}, Vec4(1.0f)}, {"Strength", {0, output}, Vec4(1.0f)}}, {}};
+      sun.graph.nodes = {falloff, emission};
+      sun.graph.surface = {1, "Emission"};
+      d.lights.push_back(sun);
+      const auto scene = build(d);
+      const auto sample = scene->lights().sample_li(0, Vec3(0, 0, 1), {0.5f, 0.5f}, 0.0f);
+      const bool shines = none != 0.0f || output == std::string("Quadratic");
+      EXPECT_EQ(sample && sample->radiance.x > 0.0f, shines) << output << " " << none;
+    }
+}
+
 /// Lights of the same strength at the distance 1, of which the emission of some grows with the distance, are chosen by the
 /// light that arrives.
 TEST(LightSet, lights_whose_emission_grows_with_the_distance_are_chosen_by_what_arrives) {
