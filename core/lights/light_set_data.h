@@ -293,7 +293,7 @@ struct LightSet::Data {
     point.ng = point.ns = light.type == LightType::Rectangle || light.type == LightType::Ellipse ? light.frame.n : wo;
     point.time = time;
     point.ray_kind = ray_kind;
-    point.ray_length = is_distant(light.type) ? 0.0f : distance;
+    point.ray_length = is_distant(light.type) ? kInfinity : distance;
     return lamp_programs[light.shader].evaluate_emission(point);
   }
 };
