@@ -328,8 +328,8 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::FromInstancer: store3(nodes::from_instancer(point, nodes::InstancerValue(i->variant))); break;
       case Op::ObjectProperty: store4(nodes::object_property(point, tables.names[i->data], i->variant != 0)); break;
       case Op::LightPath: *out = nodes::light_path(point, nodes::LightPathOutput(i->variant)); break;
-      case Op::
-          LightFalloff: {  // strength, smooth; variant: power of the distance (0, 1 or 2), + 4: as far as suns, none
+      case Op::LightFalloff: {  // strength, smooth; variant: power of the distance (0, 1 or 2)
+        // Variant + 4: no power of an infinite distance (suns).
         const float r2 = sqr(point.ray_length), smooth = f(1);
         const int power = i->variant & 4 && !std::isfinite(r2) ? 0 : i->variant & 3;
         float strength = f(0) * (power == 0 ? 1.0f : power == 1 ? point.ray_length : r2);
