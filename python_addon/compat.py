@@ -190,8 +190,9 @@ def normals_stay_perpendicular() -> bool:
 
 
 def suns_have_no_falloff() -> bool:
-    """Whether a sun shines with any output of Light Falloff. It does in 5.2; in 3.4 and 4.2 it is black with Linear and Constant."""
-    return bpy.app.version >= (5, 1)
+    """Whether a sun shines with any output of Light Falloff. It does in 4.5 to 5.2; in 3.4 and 4.2 it is black with Linear and Constant.
+    The versions between were not tried."""
+    return bpy.app.version >= (4, 5)
 
 
 def lamps_have_uv() -> bool:
