@@ -1,4 +1,4 @@
-"""Runs in the Python of a bpy wheel of Blender 5 with Ajar from a zip: renders a plane that emits a value with both engines, and writes the largest
+"""Runs in the Python of a bpy wheel with Ajar from a zip: renders a plane that emits a value with both engines, and writes the largest
 difference of each case to OUT, as JSON. Negative light, which Ajar does not emit, counts as 0.
 
     python images_inside.py ZIP OUT
@@ -20,6 +20,7 @@ from plane_view import difference, look_at_plane
 
 SIZE = 32
 SPACES = ("sRGB", "Linear Rec.709", "Linear Rec.2020", "ACEScg", "Linear CIE-XYZ D65", "Filmic Log", "Rec.2100-PQ", "Display P3", "Non-Color")
+OLDER_SPACES = ("sRGB", "Linear Rec.709", "Linear Rec.2020", "ACES2065-1", "Linear CIE-XYZ D65", "Filmic Log", "Display P3", "Non-Color")
 FOLDER = Path(tempfile.mkdtemp())
 
 
@@ -31,6 +32,7 @@ def scene_with_plane() -> tuple[bpy.types.Scene, bpy.types.NodeTree, bpy.types.M
     mesh.from_pydata([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [], [(0, 1, 2, 3)])
     mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", [0, 0, 1, 0, 1, 1, 0, 1])
     material = bpy.data.materials.new("Material")
+    material.use_nodes = True
     mesh.materials.append(material)
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     for thing in (camera, bpy.data.objects.new("Plane", mesh)):
@@ -81,7 +83,8 @@ def written(name: str, kind: str, depth: str) -> bpy.types.Image:
     scene = bpy.data.scenes.new("Writer")
     scene.view_settings.view_transform = "Standard"
     settings = scene.render.image_settings
-    settings.media_type = "IMAGE"
+    if hasattr(settings, "media_type"):   # since 5.0
+        settings.media_type = "IMAGE"
     settings.file_format, settings.color_mode, settings.color_depth = kind, "RGBA", depth
     image.save_render(str(FOLDER / name), scene=scene)
     bpy.data.scenes.remove(scene)
@@ -89,10 +92,12 @@ def written(name: str, kind: str, depth: str) -> bpy.types.Image:
 
 
 def colors(cases: Cases, images: dict[str, bpy.types.Image]) -> None:
-    for working in ("Linear Rec.709", "Linear Rec.2020", "ACEScg"):
-        bpy.ops.wm.set_working_color_space(working_space=working)
+    has_spaces = bpy.app.version >= (5, 0)
+    for working in ("Linear Rec.709", "Linear Rec.2020", "ACEScg") if has_spaces else ("the only space",):
+        if has_spaces:
+            bpy.ops.wm.set_working_color_space(working_space=working)
         for name, image in images.items():
-            for space in SPACES:
+            for space in SPACES if has_spaces else OLDER_SPACES:
                 image.colorspace_settings.name = space
                 cases.show(image)
                 cases.measure(f"{working}: {name} in {space}")
@@ -101,7 +106,8 @@ def colors(cases: Cases, images: dict[str, bpy.types.Image]) -> None:
         cases.measure(f"{working}: Blackbody")
         cases.along_u("Wavelength", 400.0, 700.0)
         cases.measure(f"{working}: Wavelength")
-    bpy.ops.wm.set_working_color_space(working_space="Linear Rec.709")
+    if has_spaces:
+        bpy.ops.wm.set_working_color_space(working_space="Linear Rec.709")
 
 
 def alpha_modes(cases: Cases, images: dict[str, bpy.types.Image]) -> None:
@@ -207,7 +213,8 @@ def main() -> None:
     images = {"png": written("a.png", "PNG", "8"), "exr": written("b.exr", "OPEN_EXR", "32")}
     colors(cases, images)
     alpha_modes(cases, images)
-    repeat_zone(cases)
+    if hasattr(bpy.types.Material, "inline_shader_nodes"):   # since 5.0
+        repeat_zone(cases)
     generated_images(cases)
     inputs_of_groups(cases)
     nodes_of_other_engines(cases)

@@ -15,7 +15,7 @@ import pytest
 # `make test` renders each script in one Blender, `make agreement` in both.
 SAMPLE = [("4.2.23", "linking_inside.py"), ("5.2.3", "portals_inside.py"), ("5.2.3", "suns_inside.py"), ("5.2.3", "instances_inside.py"),
           ("5.2.3", "outputs_inside.py")]
-ALL = [*SAMPLE, ("5.2.3", "linking_inside.py"), ("4.2.23", "portals_inside.py"), ("4.2.23", "suns_inside.py")]
+ALL = [*SAMPLE, ("5.2.3", "linking_inside.py"), ("4.2.23", "portals_inside.py"), ("4.2.23", "suns_inside.py"), ("4.2.23", "outputs_inside.py")]
 
 
 @pytest.mark.parametrize("version, script", ALL if "AJAR_AGREEMENT" in os.environ else SAMPLE)
