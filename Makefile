@@ -96,7 +96,7 @@ agreement: install
 	@tools/setup.sh test
 	@AJAR_AGREEMENT=1 AJAR_BUILD=$(abspath $(BUILD)) PYTHONPATH=$(abspath $(BUILD))/python \
 	  /usr/bin/python3 -m pytest -q -p no:cacheprovider tests/render/test_agreement_with_cycles.py tests/render/test_features.py \
-	  tests/compatibility/test_wheel_features.py
+	  tests/compatibility/test_wheel_features.py tests/compatibility/test_wheel_images.py
 
 bench_program: install
 	@tools/setup.sh bench
