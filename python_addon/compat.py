@@ -128,24 +128,20 @@ def inlined(owner: bpy.types.Material | bpy.types.World | bpy.types.Light, tree:
     None for a tree that has none of them, before 5.0, and for a tree whose groups have lost their trees, which the exporter reports."""
     if not hasattr(owner, "inline_shader_nodes"):
         return None
-    has_zones, has_groups, has_lost = _contents(tree, set())
-    return owner.inline_shader_nodes() if has_zones or (has_groups and not has_lost) else None
+    nodes = [node for inner in _with_groups(tree, set()) for node in inner.nodes]
+    groups = [node for node in nodes if node.type == "GROUP"]
+    has_zones = any(not node.bl_idname.startswith("ShaderNode") and node.bl_idname not in _PLAIN_NODES for node in nodes)
+    return owner.inline_shader_nodes() if has_zones or (groups and all(node.node_tree is not None for node in groups)) else None
 
 
-def _contents(tree: bpy.types.NodeTree, seen: set[bpy.types.NodeTree]) -> tuple[bool, bool, bool]:
-    """Whether a tree and the trees of its groups have zones or similar nodes, groups, and groups that have lost their trees."""
+def _with_groups(tree: bpy.types.NodeTree, seen: set[bpy.types.NodeTree]) -> Iterator[bpy.types.NodeTree]:
+    """A tree and the trees of its groups, each once."""
     seen.add(tree)
-    has_zones = has_groups = has_lost = False
+    yield tree
     for node in tree.nodes:
-        if not node.bl_idname.startswith("ShaderNode") and node.bl_idname not in _PLAIN_NODES:
-            has_zones = True
-        elif node.type == "GROUP":
-            has_groups, has_lost = True, has_lost or node.node_tree is None
         inner = getattr(node, "node_tree", None)
         if inner is not None and inner not in seen:
-            inner_zones, _, inner_lost = _contents(inner, seen)
-            has_zones, has_lost = has_zones or inner_zones, has_lost or inner_lost
-    return has_zones, has_groups, has_lost
+            yield from _with_groups(inner, seen)
 
 
 def default_is_principled() -> bool:

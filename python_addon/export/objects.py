@@ -307,8 +307,12 @@ def _ray_visibility(thing: bpy.types.Object) -> int:
 
 def _export_lamps(context: ExportContext, collected: Collected) -> None:
     for lamp in collected.lamps_in_order:
-        lights.export(context, lamp.owner.data, lamp.owner.name, lamp.rows, lamp.visibility, context.light_importance(lamp.grouped_with),
-                      lamp.grouped_with.lightgroup, context.linking.masks(lamp.owner))
+        _export_lamp(context, lamp, lamp.owner, lamp.grouped_with)
+
+
+def _export_lamp(context: ExportContext, lamp: Lamp, owner: bpy.types.Object, grouped_with: bpy.types.Object) -> None:
+    lights.export(context, owner.data, owner.name, lamp.rows, lamp.visibility, context.light_importance(grouped_with), grouped_with.lightgroup,
+                  context.linking.masks(owner))
 
 
 def _export_meshes(context: ExportContext, collected: Collected) -> None:
@@ -408,9 +412,7 @@ def _revise(context: ExportContext, collected: Collected, changed: list[bpy.type
         collected.rows[12 * number:12 * number + 12] = array("f", rows_3x4(thing.matrix_world))
         collected.random[number] = name_hash(thing.name) / 0xFFFFFFFF
     for lamp in collected.lamps_in_order:
-        thing, grouped_with = (owner.evaluated_get(depsgraph) for owner in (lamp.owner, lamp.grouped_with))
-        lights.export(context, thing.data, thing.name, lamp.rows, lamp.visibility, context.light_importance(grouped_with), grouped_with.lightgroup,
-                      context.linking.masks(thing))
+        _export_lamp(context, lamp, lamp.owner.evaluated_get(depsgraph), lamp.grouped_with.evaluated_get(depsgraph))
     for geometry in collected.order:
         context.user = geometry.owner.name
         geometry.material_indices = _material_indices(context, geometry, [material.evaluated_get(depsgraph) if material is not None else None

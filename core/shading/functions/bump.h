@@ -19,7 +19,7 @@ struct BumpFootprint {
   float pixel = 1e-3f;  ///< width of a pixel: at distance 1, or everywhere for an orthographic camera
   static constexpr int kMostWidths = 4;
   std::array<float, kMostWidths> filter_widths{1.0f, 1.0f, 1.0f, 1.0f};  ///< different values of Filter Width
-  int widths = 1;                                                        ///< their number
+  int widths = 0;  ///< their number; without any, images are filtered by the first
 };
 
 }  // namespace ajar

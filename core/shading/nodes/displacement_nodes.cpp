@@ -13,11 +13,7 @@ Value normal_input(ProgramBuilder& b, int node) {
   return b.is_linked(node, "Normal") ? b.input(node, "Normal", Vector) : b.surface_normal();
 }
 
-/// As in Cycles, the value of the socket counts even if it is linked. Blender before 4.3 compares heights a pixel apart.
-int filter_width(ProgramBuilder& b, int node) {
-  float pixels = 1.0f;
-  for (const NodeInput& input : b.node(node).inputs)
-    if (input.socket == "Filter Width") pixels = input.value.x;
+int filter_width(ProgramBuilder& b, int node, float pixels) {
   const std::optional<int> width = b.filter_width(pixels);
   if (!width)
     b.report(node, "its material has too many different values of Filter Width: that of another bump is used");
@@ -25,7 +21,11 @@ int filter_width(ProgramBuilder& b, int node) {
 }
 
 bool bump_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  const int width = filter_width(b, node);
+  // As in Cycles, the value of the socket counts even if it is linked. Blender before 4.3 compares heights a pixel apart.
+  float pixels = 1.0f;
+  for (const NodeInput& input : b.node(node).inputs)
+    if (input.socket == "Filter Width") pixels = input.value.x;
+  const int width = filter_width(b, node, pixels);
   Value distance = b.input(node, "Distance", Float, Vec4(1.0f));
   if (b.number(node, "invert") != 0.0f) distance = b.emit(Op::Product, Float, {distance, b.constant(-1.0f)});
   value = b.bumped(
@@ -87,7 +87,7 @@ Value displaced_normal(ProgramBuilder& b) {
     if (moved.type == Closure) return b.constant(0.0f);
     return b.emit(Op::VectorMathValue, Float, {moved, normal}, int(VectorOperation::DotProduct));
   };
-  const int width = b.filter_width(b.number(link.node, "filter_width", 1.0f)).value_or(0);
+  const int width = filter_width(b, link.node, b.number(link.node, "filter_width", 1.0f));
   const bool keeps_normal = b.number(link.node, "keeps_normal") != 0.0f;
   const Value one = b.constant(1.0f);
   return b.bumped(width, height, one, one, normal, keeps_normal);

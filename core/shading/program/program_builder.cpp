@@ -105,11 +105,12 @@ int ProgramBuilder::choice(int node, std::string_view property, std::initializer
 std::optional<int> ProgramBuilder::filter_width(float pixels) {
   pixels = std::clamp(pixels, 1e-3f, 1e3f);
   auto& known = tables.bump.filter_widths;
-  const int found = int(std::find(known.begin(), known.begin() + filter_widths_, pixels) - known.begin());
+  int& count = tables.bump.widths;
+  const int found = int(std::find(known.begin(), known.begin() + count, pixels) - known.begin());
   if (found == BumpFootprint::kMostWidths) return std::nullopt;
-  if (found == filter_widths_) {
+  if (found == count) {
     known[size_t(found)] = pixels;
-    tables.bump.widths = ++filter_widths_;
+    ++count;
   }
   return found;
 }

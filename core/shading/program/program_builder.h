@@ -199,7 +199,6 @@ class ProgramBuilder {
   std::vector<bool> on_stack_;
   std::map<std::pair<int, std::string>, bool> read_;
   int depth_ = 0, register_count_ = 0;
-  int filter_widths_ = 0;  // their number
 };
 
 }  // namespace ajar

@@ -66,31 +66,28 @@ Vec3 camera_position(const ShadingPoint& point, const Mat4& camera_from_world) {
   return {p.x, p.y, -p.z};
 }
 
-// variant: kind of vector (0 point, 1 vector, 2 normal) + 4 * (from + 4 * to)
-// The kinds 0 to 3: points, vectors, normals as vectors, and normals that stay perpendicular to a surface under uneven
-// scales. Cameras have no scale.
+// variant: kind + 4 * (from + 4 * to). Kinds: points, vectors, normals as vectors, and normals that stay perpendicular to
+// a surface that is scaled unevenly. Cameras have no scale.
 Vec3 vector_transform(const ShadingPoint& point, uint8_t variant, const Mat4& camera_from_world, Vec3 v) {
   const int kind = variant & 3;
   const bool is_point = kind == 0, stays_perpendicular = kind == 3;
   const auto from = nodes::Space(variant >> 2 & 3), to = nodes::Space(variant >> 4 & 3);
   const auto apply = [&](const Mat4& m) { v = is_point ? transform_point(m, v) : transform_vector(m, v); };
   const auto flip_z = [&] { v.z = -v.z; };
-  if (from != to) {
+  const auto between_object_and_world = [&](bool to_world) {
+    if (!point.instance) return;
     Mat4 moved;
-    const auto across = [&](const Mat4& inverse) { v = glm::transpose(Mat3(inverse)) * v; };
-    if (from == nodes::Space::Object && point.instance) {
-      if (stays_perpendicular)
-        across(object_from_world(*point.instance, point.time, moved));
-      else
-        apply(world_from_object(*point.instance, point.time, moved));
-    }
+    const Mat4& m = to_world != stays_perpendicular ? world_from_object(*point.instance, point.time, moved)
+                                                    : object_from_world(*point.instance, point.time, moved);
+    if (stays_perpendicular)
+      v = glm::transpose(Mat3(m)) * v;
+    else
+      apply(m);
+  };
+  if (from != to) {
+    if (from == nodes::Space::Object) between_object_and_world(true);
     if (from == nodes::Space::Camera) flip_z(), apply(glm::affineInverse(camera_from_world));
-    if (to == nodes::Space::Object && point.instance) {
-      if (stays_perpendicular)
-        across(world_from_object(*point.instance, point.time, moved));
-      else
-        apply(object_from_world(*point.instance, point.time, moved));
-    }
+    if (to == nodes::Space::Object) between_object_and_world(false);
     if (to == nodes::Space::Camera) apply(camera_from_world), flip_z();
   }
   return kind >= 2 ? nodes::normalize_or_zero(v) : v;
@@ -416,7 +413,7 @@ void run_bumped(const Instruction* code, size_t count, const ProgramTables& tabl
   };
   const std::array<ShadingPoint, 2> first = beside(0);
   const ShadingPoint* points[kMostShifts] = {&point, &first[0], &first[1]};
-  if (tables.bump.widths == 1) [[likely]]
+  if (tables.bump.widths <= 1) [[likely]]
     return run_at(code, count, tables, points, registers);
   std::array<std::array<ShadingPoint, 2>, BumpFootprint::kMostWidths - 1> others;
   for (int width = 1; width < tables.bump.widths; ++width) {
