@@ -415,6 +415,10 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     choice.reason = "no lights are known";
     return choice;
   }
+  if (!scene->scatters_light()) {
+    choice.reason = "nothing scatters light";
+    return choice;
+  }
   std::string left_out;
   const std::vector<const Candidate*> candidates = candidates_of(*scene, left_out);
   if (candidates.size() == 1) {

@@ -34,6 +34,7 @@ struct BuiltMesh {
   int undeformed_position = -1;  ///< index into attributes
   Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};
   bool baked = false;      ///< positions are in world space
+  bool crowded = false;    ///< rays meet triangles of its instances in world space (instance_crowds.h)
   bool displaced = false;  ///< vertices were moved by the materials (scene/displace.h)
   bool divided = false;    ///< some vertices are at the same place, with different values (shared_corners.h)
   /// Null: no material bends the normals of the surface before the displacement.

@@ -314,6 +314,8 @@ class PathWalk {
     // Straight on: MIS still uses the light sample of the vertex before.
     if (sample->flags & kTransparent) {
       if (scene_.depends_on_ray_kind(walk_.hit)) pass_ray_kinds();
+      if (point.transparent_depth >= kSafeTransparent && !survives_transparency()) [[unlikely]]
+        return false;
       return has_portal() ? pass_portal(*sample) : walk_.pass_through();
     }
     if (at_bounce_limit_) return false;
@@ -391,6 +393,17 @@ class PathWalk {
     return survives_roulette(base_);
   }
 
+  /// Behind many tinted surfaces little is left of the throughput. What survives has kFaint of it.
+  bool survives_transparency() {
+    float left = largest(beta_);
+    if constexpr (kGuided) left = guided_.unguided_beta;
+    if (left >= kFaint) return true;
+    if constexpr (kGuided)
+      return survives(left / kFaint, sampler_, base_ + D::kRoulette, beta_, guided_.unguided_beta);
+    else
+      return survives(left / kFaint, sampler_, base_ + D::kRoulette, beta_);
+  }
+
   /// Weights are negative where majorants are exceeded.
   static float largest(Color c) { return max_component(kMedia ? glm::abs(c) : c); }
 
@@ -438,6 +451,9 @@ class PathWalk {
   }
 
   static constexpr int kSafeBounces = 1;  ///< without Russian roulette
+  /// Transparent surfaces without Russian roulette, and the throughput below which it begins behind them.
+  static constexpr int kSafeTransparent = 4;
+  static constexpr float kFaint = 0.1f;
   /// Roughness of a sampled lobe below which Russian roulette waits for the end of the ray. At rougher lobes, light
   /// samples have most of the weight.
   static constexpr float kLateRouletteRoughness = 0.3f;

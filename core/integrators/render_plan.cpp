@@ -74,8 +74,9 @@ class Planner {
   void choose_lights() {
     const LightSet& lights = scene_.lights();
     const BuildStatistics& built = scene_.statistics();
-    add("light sampling", lights.can_choose(),
-        lights.empty() ? "nothing emits light"
+    add("light sampling", scene_.scatters_light() && lights.can_choose(),
+        !scene_.scatters_light() ? "nothing scatters light: the camera sees emission alone"
+        : lights.empty()         ? "nothing emits light"
         : lights.can_choose()
             ? (lights.size() == 1 ? std::string("one light or emissive triangle")
                                   : number(lights.size()) + " lights and emissive triangles, chosen by a light tree")

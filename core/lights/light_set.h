@@ -47,6 +47,8 @@ struct LightBuildInput {
   Vec3 scene_center{0.0f};
   float scene_radius = 1.0f;
   bool has_media = false;
+  /// False: emissive meshes are left out, because only rays that hit them matter.
+  bool with_meshes = true;
   /// Lights of an earlier scene whose world emits exactly the same; its tables are taken over.
   LightSet* same_world = nullptr;
 };

@@ -228,6 +228,7 @@ void LightSet::Data::rate(const LightBuildInput& in, std::vector<Pending>& block
 
 void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
                                    std::vector<double>& weights) {
+  if (!in.with_meshes) return;
   std::vector<Pending> pending = gather_blocks(in, diagnostics);
   rate(in, pending);
   for (Pending& p : pending) {

@@ -51,23 +51,34 @@ void join_for_cost(LightBounds& sum, const LightBounds& other) {
 
 void Split::find_cheapest(std::span<const LightTree::Entry> entries) {
   const float longest = std::max({extent.x, extent.y, extent.z});
+  if (entries.size() == 2) {  // half of all nodes: the only split costs least along the longest side
+    axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
+    if (!(longest > 0.0f) || !std::isfinite(longest)) axis = -1;
+    return;
+  }
   const size_t step = std::max<size_t>(1, entries.size() / kSampled);
   float best_cost = kInfinity;
   for (int a = 0; a < 3; ++a) {
     if (!(extent[a] > 0.0f) || !std::isfinite(extent[a])) continue;
     std::array<LightBounds, kBins> bins, above;
-    for (size_t i = 0; i < entries.size(); i += step)
-      join_for_cost(bins[size_t(bin_of(entries[i], a))], entries[i].bounds);
-    above[kBins - 1] = bins[kBins - 1];
-    for (int b = kBins - 2; b > 0; --b) {
-      above[size_t(b)] = bins[size_t(b)];
-      join_for_cost(above[size_t(b)], above[size_t(b) + 1]);
+    uint32_t used = 0;  // a bit for each bin
+    for (size_t i = 0; i < entries.size(); i += step) {
+      const int b = bin_of(entries[i], a);
+      used |= 1u << b;
+      join_for_cost(bins[size_t(b)], entries[i].bounds);
+    }
+    // Most nodes have few lights, so most bins are empty.
+    std::array<int, kBins> filled;
+    size_t count = 0;
+    for (; used != 0; used &= used - 1) filled[count++] = std::countr_zero(used);
+    for (size_t k = count - 1; k > 0; --k) {
+      above[k] = bins[size_t(filled[k])];
+      if (k + 1 < count) join_for_cost(above[k], above[k + 1]);
     }
     LightBounds below;
-    for (int b = 0; b + 1 < kBins; ++b) {
-      join_for_cost(below, bins[size_t(b)]);
-      const LightBounds& rest = above[size_t(b) + 1];
-      if (!(below.intensity > 0.0f) || !(rest.intensity > 0.0f)) continue;
+    for (size_t k = 0; k + 1 < count; ++k) {
+      join_for_cost(below, bins[size_t(filled[k])]);
+      const LightBounds& rest = above[k + 1];
       // Thin slices make needle-shaped nodes, so their cost is scaled by their longest side.
       const float cost = longest / extent[a] *
                          (below.intensity * orientation_measure(below) * area_measure(below) +
@@ -75,7 +86,7 @@ void Split::find_cheapest(std::span<const LightTree::Entry> entries) {
       if (cost < best_cost) {
         best_cost = cost;
         axis = a;
-        bin = b;
+        bin = filled[k];
       }
     }
   }

@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstdlib>
-#include <mutex>
 #include <utility>
 
 #include <tbb/parallel_for.h>
 #include <tbb/version.h>
 
 #include "lights/sources/lamp.h"
+#include "scene/embree_device.h"
+#include "scene/instance_crowds.h"
 #include "scene/lamp_geometry.h"
 #include "scene/scene.h"
 #include "scene/strand_buffers.h"
@@ -31,47 +31,6 @@ float farthest_through(const Mat4& object_from_world) {
   }
   return farthest;
 }
-
-/// The options of Embree's device. AJAR_EMBREE adds to them, for example "isa=sse4.2" or "verbose=1"
-/// (docs/developer/robustness.md).
-std::string device_options(bool compact) {
-  std::string options = "start_threads=0,set_affinity=0";
-  if (compact) options += ",tri_accel=qbvh4.triangle4i";
-  if (const char* more = std::getenv("AJAR_EMBREE")) options.append(",").append(more);
-  return options;
-}
-
-/// The device that the structures of consecutive scenes share.
-struct Device {
-  RTCDevice handle = nullptr;
-  const bool compact;
-  std::atomic<int64_t> bytes{0};
-  std::mutex error_mutex;
-  std::string error;
-
-  explicit Device(bool is_compact = false) : compact(is_compact) {
-    handle = rtcNewDevice(device_options(compact).c_str());
-    if (!handle) throw SceneError("Embree could not be started on this machine.");
-    rtcSetDeviceErrorFunction(
-        handle,
-        [](void* self, RTCError code, const char* text) {
-          if (code == RTC_ERROR_CANCELLED) return;
-          Device& device = *static_cast<Device*>(self);
-          std::lock_guard lock(device.error_mutex);
-          if (device.error.empty()) device.error = text ? text : "unknown Embree error";
-        },
-        this);
-    rtcSetDeviceMemoryMonitorFunction(
-        handle,
-        [](void* self, ssize_t change, bool) {
-          static_cast<Device*>(self)->bytes += change;
-          return true;
-        },
-        this);
-  }
-  Device(const Device&) = delete;
-  ~Device() { rtcReleaseDevice(handle); }
-};
 
 /// A ray does not hit the strand that it leaves, as in Cycles: the closures of a strand describe how light passes
 /// through it.
@@ -114,6 +73,7 @@ struct Accel::Data {
   std::vector<void*> mesh_structures;
   bool only_still_instances = false;  // in `top`
   size_t placed = 0;
+  InstanceCrowds crowds;       // in `top`, after the instances
   float farthest = kFarthest;  // maximum distance of the origins of rays: see farthest_through
   std::vector<uint32_t> lamp_of_geometry;
   std::vector<Light> few_lamps;  // a loop over few lamps is faster than a structure
@@ -266,13 +226,17 @@ Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& i
   for (const BuiltMesh& mesh : meshes) d.mesh_structures.push_back(mesh.baked ? nullptr : mesh.structure.get());
   for (const BuiltInstance& instance : instances)
     d.only_still_instances &= !instance.motion && d.mesh_structures[instance.mesh];
+  d.crowds = InstanceCrowds(meshes, instances);
   if (previous && d.take_top(*previous->data_, instances, previous_instances)) return;
 
   d.top = d.new_scene();
+  d.crowds.attach(d.device, d.top, meshes, instances);
+  d.placed = d.crowds.instance_count();
+  d.check();
   for (size_t i = 0; i < instances.size(); ++i) {
     const BuiltInstance& instance = instances[i];
     const BuiltMesh& mesh = meshes[instance.mesh];
-    if (mesh.empty()) continue;
+    if (mesh.empty() || d.crowds.has(uint32_t(i))) continue;
     RTCGeometry geometry;
     if (mesh.baked) {
       geometry = d.new_geometry(mesh);
@@ -297,14 +261,16 @@ Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& i
 bool Accel::Data::take_top(Data& previous, const std::vector<BuiltInstance>& instances,
                            const std::vector<BuiltInstance>& previous_instances) {
   if (!previous.top || !only_still_instances || !previous.only_still_instances ||
-      instances.size() != previous_instances.size())
+      instances.size() != previous_instances.size() || crowds != previous.crowds)
     return false;
   // The instances of an Embree scene own it. An equal address therefore means the same scene.
   std::vector<uint32_t> changed;
   for (size_t i = 0; i < instances.size(); ++i) {
     const BuiltInstance &now = instances[i], &before = previous_instances[i];
-    if (mesh_structures[now.mesh] != previous.mesh_structures[before.mesh] || !is_placed_alike(now, before))
+    if (mesh_structures[now.mesh] != previous.mesh_structures[before.mesh] || !is_placed_alike(now, before)) {
+      if (crowds.has(uint32_t(i))) return false;
       changed.push_back(uint32_t(i));
+    }
     if (changed.size() > instances.size() / 2) return false;
   }
   top = std::exchange(previous.top, nullptr);
@@ -403,6 +369,7 @@ void Accel::intersect(const Ray& ray, uint32_t ray_kind, Hit& hit) const {
   hit.t = query.ray.tfar;
   hit.instance = query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? query.hit.instID[0] : query.hit.geomID;
   hit.primitive = query.hit.primID;
+  data_->crowds.resolve(hit.instance, hit.primitive);
   hit.barycentric = Vec2(query.hit.u, query.hit.v);
 }
 

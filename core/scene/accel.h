@@ -1,8 +1,8 @@
-// Ray queries on the built geometry. Only accel.cpp and lamp_geometry.cpp include Embree.
+// Ray queries on the built geometry.
 //
-// A hit names the instance (index into Scene::instances) and the triangle of its mesh. Baked meshes are in the
-// top-level structure. Other meshes have one structure each, which Embree instances share. Lamps with extent have a
-// separate structure, because they never block rays.
+// A hit names the instance (index into Scene::instances) and the triangle of its mesh. Baked meshes and the instances of
+// very small ones (instance_crowds.h) are in the top-level structure. Other meshes have one structure each, which Embree
+// instances share. Lamps with extent have a separate structure, because they never block rays.
 #pragma once
 
 #include <atomic>

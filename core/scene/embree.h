@@ -1,4 +1,4 @@
-// The differences between Embree 3 and 4. Only accel.cpp and lamp_geometry.h include this file.
+// The differences between Embree 3 and 4. Only accel.cpp and the files that make its geometries include this file.
 #pragma once
 
 #if AJAR_EMBREE_MAJOR >= 4

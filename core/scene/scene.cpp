@@ -101,6 +101,7 @@ void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) c
     const Vec3 on_mesh = point.position;
     point.position_error = absolute_linear * (point.position_error + gamma_bound(4) * glm::abs(point.position)) +
                            gamma_bound(4) * glm::abs(Vec3(m[3]));
+    if (mesh.crowded) point.position_error *= 2.0f;  // the corners that the ray has met are rounded in world space
     point.position = transform_point(m, point.position);
     point.dpdu = linear * point.dpdu;
     point.dpdv = linear * point.dpdv;

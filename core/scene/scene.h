@@ -130,6 +130,8 @@ class Scene {
   int light_of(const Hit& hit) const;
   /// Whether an object or the world has a volume, even an empty one.
   bool has_media() const { return has_media_; }
+  /// Whether a visible surface or a volume may scatter light. If not, the camera sees emission alone.
+  bool scatters_light() const { return scatters_light_; }
   bool has_transparent_shadows() const { return any_transparent_; }
   /// Whether a visible material has a ray portal.
   bool has_portals() const { return any_portal_; }
@@ -298,7 +300,7 @@ class Scene {
   std::vector<Mat4> frames_;  // of instances that have moved since the last frame, or will until the next one
   std::unique_ptr<Accel> accel_;
   BuildStatistics statistics_;
-  bool any_transparent_ = false, any_portal_ = false, has_media_ = false;
+  bool any_transparent_ = false, any_portal_ = false, has_media_ = false, scatters_light_ = true;
   bool any_ray_kind_ = false, shadow_rays_differ_ = false;
   Vec3 center_{0.0f};
   float radius_ = 1.0f;

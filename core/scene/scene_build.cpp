@@ -405,7 +405,13 @@ void Scene::Builder::compile_shaders() {
   }
   context.lamp = nullptr;
   compile_world(context);
-  for (size_t i = 0; i < shown_by_.size(); ++i) s_.has_media_ |= shown_by_[i] >= 0 && s_.programs_[i].has_volume();
+  bool scatters = false;
+  for (size_t i = 0; i < shown_by_.size(); ++i) {
+    if (shown_by_[i] < 0) continue;
+    s_.has_media_ |= s_.programs_[i].has_volume();
+    scatters |= s_.programs_[i].scatters();
+  }
+  s_.scatters_light_ = scatters || s_.has_media_;
   s_.textures_->forget_previous();
   s_.count_textures();
 }
@@ -462,8 +468,10 @@ void Scene::Builder::build_structure() {
 }
 
 void Scene::Builder::gather_lights() {
+  // Paths from the lens find small lights out of focus.
+  const bool with_meshes = s_.scatters_light_ || s_.camera_.has_lens();
   s_.lights_ = LightSet({d_, s_.objects_, s_.meshes_, s_.instances_, s_.material_table_, s_.programs_,
-                         s_.lamp_programs_, s_.world_program_, s_.center_, s_.radius_, s_.has_media_,
+                         s_.lamp_programs_, s_.world_program_, s_.center_, s_.radius_, s_.has_media_, with_meshes,
                          previous_ && s_.shows_the_world_of(*previous_) ? &previous_->lights_ : nullptr},
                         diagnostics_);
   s_.statistics_.kept_environment = s_.lights_.took_environment_over();

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from .. import plain
+from .. import compat, plain
 from . import mesh, points, strands, subdivision
 from .mesh import CornerMap
 
@@ -101,7 +101,7 @@ def _shape(context: ExportContext, instance: bpy.types.DepsgraphObjectInstance, 
     if isinstance(data, bpy.types.Mesh):
         if len(data.vertices) != item.count:
             return None
-        positions = mesh.positions_of(data)
+        positions = compat.vertex_positions(data)
         if item.corners is None:
             return Shape(positions)
         normals = mesh.normals_by(item.corners, data, positions)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from .. import compat
 from ..ajar_module import ajar
 from . import camera
 from .context import ExportContext, rows_3x4
@@ -59,9 +60,7 @@ def _positions(thing: bpy.types.Object) -> np.ndarray:
     """The vertices of an evaluated mesh; none if it has become something else."""
     if not isinstance(thing.data, bpy.types.Mesh):
         return np.zeros((0, 3), dtype=np.float32)
-    values = np.empty(3 * len(thing.data.vertices), dtype=np.float32)
-    thing.data.vertices.foreach_get("co", values)
-    return values.reshape(-1, 3)
+    return compat.vertex_positions(thing.data)
 
 
 def _add_positions(context: ExportContext, owner: bpy.types.Object, index: int, places: tuple[np.ndarray, list[np.ndarray]]) -> None:

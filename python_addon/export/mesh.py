@@ -45,10 +45,10 @@ def arrays(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified:
         return None
     context.check_cancelled()
     # Unsigned as in Blender, so that Blender copies them in bulk.
-    loops = _read(mesh.loop_triangles, "loops", 3, np.uint32)
-    polygons = functools.cache(lambda: _read(mesh.loop_triangles, "polygon_index", 1, np.uint32))
-    triangles = _read(mesh.loops, "vertex_index", 1, np.uint32)[loops]
-    positions = _read(mesh.vertices, "co", 3, np.float32)
+    loops = compat.numbers(mesh.loop_triangles, "loops", 3, np.uint32)
+    polygons = functools.cache(lambda: compat.triangle_polygons(mesh))
+    triangles = compat.corner_vertices(mesh)[loops]
+    positions = compat.vertex_positions(mesh)
     context.check_cancelled()
     normal_domain, normals = _normals(mesh, positions, triangles, loops, polygons)
     context.check_cancelled()
@@ -75,12 +75,12 @@ def face_arrays(context: ExportContext, mesh: bpy.types.Mesh, name: str, keeps_n
     if count == 0:
         return None
     context.check_cancelled()
-    sizes, starts = _read(mesh.polygons, "loop_total", 1, np.int32), _read(mesh.polygons, "loop_start", 1, np.int32)
+    sizes, starts = compat.numbers(mesh.polygons, "loop_total", 1, np.int32), compat.numbers(mesh.polygons, "loop_start", 1, np.int32)
     ends = np.cumsum(sizes, dtype=np.int64)
     loops = np.arange(ends[-1]) + np.repeat(starts - (ends - sizes), sizes)   # in the order of the faces
     polygons = functools.cache(lambda: np.arange(count))
-    positions = _read(mesh.vertices, "co", 3, np.float32)
-    corners = _read(mesh.loops, "vertex_index", 1, np.uint32)[loops]
+    positions = compat.vertex_positions(mesh)
+    corners = compat.corner_vertices(mesh)[loops]
     smooth = _smooth(mesh)
     normals = None
     split = keeps_normals and compat.has_split_normals(mesh)
@@ -106,20 +106,16 @@ def is_shaped(owner: bpy.types.Object) -> bool:
 
 def corner_map(mesh: bpy.types.Mesh) -> CornerMap:
     mesh.calc_loop_triangles()
-    loops = _read(mesh.loop_triangles, "loops", 3, np.uint32)
-    return CornerMap(positions_of(mesh), _read(mesh.loops, "vertex_index", 1, np.uint32)[loops], loops,
-                     _read(mesh.loop_triangles, "polygon_index", 1, np.uint32), len(mesh.loops))
-
-
-def positions_of(mesh: bpy.types.Mesh) -> np.ndarray:
-    return _read(mesh.vertices, "co", 3, np.float32)
+    loops = compat.numbers(mesh.loop_triangles, "loops", 3, np.uint32)
+    return CornerMap(compat.vertex_positions(mesh), compat.corner_vertices(mesh)[loops], loops,
+                     compat.triangle_polygons(mesh), len(mesh.loops))
 
 
 def normals_by(corners: CornerMap, mesh: bpy.types.Mesh, positions: np.ndarray) -> tuple[ajar.Domain, np.ndarray | None] | None:
     """The normals of the same corners at another time. None if the mesh has other faces."""
     if len(mesh.loops) != corners.loop_count or (len(corners.polygons) and len(mesh.polygons) <= corners.polygons.max()):
         return None
-    if not np.array_equal(_read(mesh.loops, "vertex_index", 1, np.uint32)[corners.loops], corners.triangles):
+    if not np.array_equal(compat.corner_vertices(mesh)[corners.loops], corners.triangles):
         return None
     return _normals(mesh, positions, corners.triangles, corners.loops, lambda: corners.polygons)
 
@@ -127,12 +123,6 @@ def normals_by(corners: CornerMap, mesh: bpy.types.Mesh, positions: np.ndarray) 
 def _rendered_map(mesh: bpy.types.Mesh) -> str:
     active = mesh.uv_layers.active
     return next((layer.name for layer in mesh.uv_layers if layer.active_render), active.name if active else "")
-
-
-def _read(collection: bpy.types.bpy_prop_collection, name: str, columns: int, kind: type) -> np.ndarray:
-    values: np.ndarray = np.empty(len(collection) * columns, dtype=kind)
-    collection.foreach_get(name, values)
-    return values.reshape(-1, columns) if columns > 1 else values
 
 
 def _normals(mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray, loops: np.ndarray,
@@ -171,13 +161,13 @@ def _triangle_normals(positions: np.ndarray, triangles: np.ndarray) -> np.ndarra
 
 def _uv_maps(mesh: bpy.types.Mesh, loops: np.ndarray) -> list[tuple]:
     flat_loops = loops.reshape(-1)
-    return [(layer.name, ajar.Domain.Corner, np.take(_read(layer.data, "uv", 2, np.float32), flat_loops, axis=0))
+    return [(layer.name, ajar.Domain.Corner, np.take(compat.uv_coordinates(layer), flat_loops, axis=0))
             for layer in mesh.uv_layers if len(layer.data) == len(mesh.loops)]
 
 
 def _undeformed(mesh: bpy.types.Mesh, positions: np.ndarray) -> list[tuple]:
     """Positions of the vertices before the modifiers, which Blender keeps when it evaluates for a render."""
-    undeformed = _read(mesh.vertices, "undeformed_co", 3, np.float32)
+    undeformed = compat.numbers(mesh.vertices, "undeformed_co", 3, np.float32)
     return [] if np.array_equal(undeformed, positions) else [(ajar.UNDEFORMED_POSITION, ajar.Domain.Vertex, undeformed)]
 
 
@@ -185,10 +175,10 @@ def _analysed(context: ExportContext, mesh: bpy.types.Mesh, positions: np.ndarra
     """Values of the Geometry node that depend on the whole mesh."""
     found = []
     if ajar.RANDOM_PER_ISLAND in context.attribute_names:
-        random = ajar.random_per_island(len(positions), _read(mesh.edges, "vertices", 2, np.uint32))
+        random = ajar.random_per_island(len(positions), compat.numbers(mesh.edges, "vertices", 2, np.uint32))
         found.append((ajar.RANDOM_PER_ISLAND, ajar.Domain.Face, random[triangles[:, 0]].reshape(-1, 1)))
     if ajar.POINTINESS in context.attribute_names:
-        values = ajar.pointiness(positions, compat.vertex_normals(mesh), _read(mesh.edges, "vertices", 2, np.uint32))
+        values = ajar.pointiness(positions, compat.vertex_normals(mesh), compat.numbers(mesh.edges, "vertices", 2, np.uint32))
         found.append((ajar.POINTINESS, ajar.Domain.Vertex, values.reshape(-1, 1)))
     return found
 
@@ -211,7 +201,7 @@ def _tangents(context: ExportContext, mesh: bpy.types.Mesh, positions: np.ndarra
         uv_map = name[len(ajar.TANGENT_OF):]
         layer = layers.get(uv_map) if uv_map else rendered
         if layer is not None or (not uv_map and not layers):   # without UV maps: coordinates on a sphere
-            uvs = np.take(_read(layer.data, "uv", 2, np.float32), loops.reshape(-1), axis=0) if layer is not None else None
+            uvs = np.take(compat.uv_coordinates(layer), loops.reshape(-1), axis=0) if layer is not None else None
             context.check_cancelled()
             found.append((name, ajar.Domain.Corner, ajar.uv_tangents(positions, triangles, values, uvs)))
     return found
@@ -240,7 +230,7 @@ def _requested(context: ExportContext, mesh: bpy.types.Mesh, loops: np.ndarray, 
 
 def _of_edges(mesh: bpy.types.Mesh, attribute: bpy.types.Attribute) -> tuple:
     """For each vertex, the mean of its edges, as in Cycles."""
-    values, edges = _values_of(attribute), _read(mesh.edges, "vertices", 2, np.uint32)
+    values, edges = _values_of(attribute), compat.numbers(mesh.edges, "vertices", 2, np.uint32)
     count = len(mesh.vertices)
     number = np.maximum(np.bincount(edges.ravel(), minlength=count), 1)
     means = [np.bincount(edges.ravel(), np.repeat(column, 2), minlength=count) / number for column in values.T]
@@ -250,7 +240,7 @@ def _of_edges(mesh: bpy.types.Mesh, attribute: bpy.types.Attribute) -> tuple:
 def _values_of(attribute: bpy.types.Attribute) -> np.ndarray:
     value, components = _VALUES[attribute.data_type]
     kind = {"INT": np.int32, "INT8": np.int32, "BOOLEAN": bool}.get(attribute.data_type, np.float32)
-    return _read(attribute.data, value, components, kind).astype(np.float32, copy=False).reshape(-1, components)
+    return compat.numbers(attribute.data, value, components, kind).astype(np.float32, copy=False).reshape(-1, components)
 
 
 def _attribute(attribute: bpy.types.Attribute, loops: np.ndarray, polygons: Polygons) -> tuple:

@@ -5,7 +5,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 # The folders of the core from the lowest to the highest; each has its own rank.
 ROOMS = ["platform", "math", "sampling", "description", "geometry", "geometry/subdivision", "shading/models", "shading/bsdf", "shading/media", "shading/images", "shading/functions", "shading/skies", "shading/program", "shading/nodes", "shading", "lights/sources", "lights",
-         "film", "denoise", "scene", "transport/media", "transport/paths", "transport/guiding", "transport/direct", "transport/direct/estimators", "transport/photons", "transport/bidirectional",
+         "film", "denoise", "scene", "scene/ray_nodes", "transport/media", "transport/paths", "transport/guiding", "transport/direct", "transport/direct/estimators", "transport/photons", "transport/bidirectional",
          "transport/hints", "transport/chains/mutations", "transport/chains", "integrators", "choice", "view", "render"]
 RANKS = {room: rank for rank, room in enumerate(ROOMS)}
 MAX_FILES = 25

@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
+#include <nlohmann/json.hpp>
 
 #include "film/tile_loop.h"
 #include "integrators/integrator.h"
 #include "math/statistics.h"
 #include "render/session.h"
+#include "renders.h"
 #include "transport_scenes.h"
 
 namespace ajar::test_path_tracer {
@@ -161,6 +163,36 @@ TEST(PathTracer, light_in_a_dim_reflection_does_not_get_the_weight_of_russian_ro
   for (size_t i = 0; i < image.size(); i += 4) brightest = std::max(brightest, image[i]);
   EXPECT_GT(brightest, 0.5f * kWall * kFloor * kLamp);
   EXPECT_LT(brightest, 1.5f * kWall * kFloor * kLamp);
+}
+
+/// A bright world behind many sheets that each let half of the light through.
+SceneDescription tinted_sheets(int count) {
+  SceneDescription d;
+  set_camera(d, Vec3(0.0f, 0.1f, -3.0f), Vec3(0.0f), 32);
+  const int sheet = add_closure(d, "ShaderNodeBsdfTransparent", {value_input("Color", Vec4(0.5f, 0.5f, 0.5f, 1.0f))});
+  for (int i = 0; i < count; ++i) add_object(d, plane(100.0f), sheet, moved(Vec3(0.0f, 0.0f, float(i))));
+  set_world(d, Color(std::exp2(float(count))));
+  d.settings.bounces = {8, 8, 8, 8, 1000, 0};
+  return d;
+}
+
+TEST(PathTracer, russian_roulette_behind_tinted_surfaces_keeps_the_mean) {
+  const Estimate e = estimate(tinted_sheets(8), 64, 24);
+  EXPECT_NEAR(e.mean, 1.0, 4.0 * e.standard_error);
+  EXPECT_LT(e.standard_error, 0.005);
+  EXPECT_GT(e.standard_error, 0.0);
+  const Estimate few = estimate(tinted_sheets(3), 1, 2);
+  EXPECT_NEAR(few.mean, 1.0, 1e-5);
+  EXPECT_LT(few.standard_error, 1e-6);  // few sheets make no noise
+}
+
+TEST(PathTracer, paths_end_behind_many_tinted_surfaces) {
+  constexpr int kSheets = 100;
+  Session session;
+  session.start(with(tinted_sheets(kSheets), "path", 4));
+  ASSERT_TRUE(session.wait(kHang));
+  const auto told = nlohmann::json::parse(session.statistics_json());
+  EXPECT_LT(double(told["rays"]), 0.1 * kSheets * double(told["paths"]));
 }
 
 // tests/timing measures how soon a render stops. This test checks that it stops and keeps its image.

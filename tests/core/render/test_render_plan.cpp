@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "render/session.h"
+#include "renders.h"
 #include "transport/media/media.h"
 #include "transport_scenes.h"
 
@@ -143,6 +144,33 @@ TEST(RenderPlan, photons_are_traced_only_where_maps_are_needed) {
   const auto dark = rendered(d);
   EXPECT_FALSE(uses(dark, "photon map"));
   EXPECT_EQ(double(dark["photon_bytes"]), 0.0);
+}
+
+TEST(RenderPlan, emissive_meshes_are_lights_only_where_something_scatters_light) {
+  SceneDescription d;
+  GraphBuilder b;
+  b.graph.surface = {b.node("ShaderNodeEmission", {value_input("Color", Vec4(0.5f)), value_input("Strength", 3.0f)}),
+                     "Emission"};
+  add_object(d, cube(true), add_material(d, b));
+  set_camera(d, Vec3(0.1f, -0.5f, 0.2f), Vec3(0.3f, 0.5f, -0.1f), kSize);
+  d.settings.samples = 2;
+  const auto told = rendered(d);
+  EXPECT_FALSE(uses(told, "light sampling"));
+  EXPECT_EQ(told["scene"]["lights"], 0);
+  for (const char* integrator : {"path", "bdpt", "photon_map", "auto"}) {
+    d.settings.integrator = integrator;
+    for (const float value : render(d, integrator, 2, 1)) EXPECT_TRUE(value == 1.5f || value == 1.0f) << integrator;
+  }
+  SceneDescription with_lens = d;
+  with_lens.camera.aperture_radius = 0.01f;
+  EXPECT_EQ(build(std::move(with_lens))->lights().size(), 12u);
+  SceneDescription with_grey = d;
+  add_object(with_grey, sphere(), add_diffuse(with_grey, Color(0.5f)));
+  EXPECT_EQ(build(std::move(with_grey))->lights().size(), 12u);
+  SceneDescription with_fog = d;
+  b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Density", 1.0f)}), "Volume"};
+  add_object(with_fog, cube(), add_material(with_fog, b));
+  EXPECT_EQ(build(std::move(with_fog))->lights().size(), 24u);
 }
 
 TEST(RenderPlan, a_table_is_built_only_for_worlds_that_vary) {

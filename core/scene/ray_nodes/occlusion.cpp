@@ -2,7 +2,7 @@
 
 #include "math/frame.h"
 #include "math/warps.h"
-#include "scene/place.h"
+#include "scene/ray_nodes/place.h"
 #include "scene/scene.h"
 
 namespace ajar::nodes {

@@ -4,7 +4,7 @@
 
 #include "math/frame.h"
 #include "sampling/sampler.h"
-#include "scene/place.h"
+#include "scene/ray_nodes/place.h"
 #include "scene/scene.h"
 
 namespace ajar::nodes {
