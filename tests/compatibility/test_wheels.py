@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -81,6 +82,16 @@ def test_nodes_agree_with_cycles(zips, unpacked, tmp_path):
     python = wheel_or_skip(NEWEST, zips[0]).command[0]
     result = test_probes.probed([python, test_probes.COVERAGE / "probe.py"], unpacked, tmp_path / "probes.json")
     assert test_probes.judge.faults(result) == []
+
+
+@pytest.mark.parametrize("version", [OFFICIAL, NEWEST])
+@pytest.mark.parametrize("script", ["failures_inside.py", "mesh_reads_inside.py"])
+def test_script_finds_no_fault(zips, tmp_path, script, version):
+    out = tmp_path / "faults.json"
+    result = subprocess.run([wheel_or_skip(version, zips[0]).command[0], Path(__file__).with_name(script), zips[0], out], text=True, stdout=subprocess.PIPE,
+                            stderr=subprocess.STDOUT, env=os.environ | {"BLENDER_USER_RESOURCES": str(tmp_path / "profile")}, timeout=300, check=False)
+    assert out.is_file(), result.stdout
+    assert json.loads(out.read_text()) == []
 
 
 def test_self_check_works_when_the_renderer_cannot_be_loaded(zips, tmp_path):
