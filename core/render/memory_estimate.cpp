@@ -8,6 +8,7 @@
 #include "integrators/gather_passes.h"
 #include "integrators/integrator.h"
 #include "scene/dice_meshes.h"
+#include "scene/instance_crowds.h"
 #include "scene/scene.h"
 #include "shading/images/texture.h"
 #include "shading/images/tile_cache.h"
@@ -81,6 +82,25 @@ std::vector<uint64_t> bytes_of_displacements(const SceneDescription& d) {
       bytes[size_t(object.mesh)] = std::max(bytes[size_t(object.mesh)], added);
     }
   }
+  return bytes;
+}
+
+/// Of each object with instances: the instance in Embree's structure, or its triangles (instance_crowds.h).
+uint64_t bytes_of_instance_structure(const SceneDescription& d, uint64_t of_triangle) {
+  std::vector<uint64_t> each(d.objects.size(), kStructureBytesPerInstance);
+  for (size_t i = 0; i < d.objects.size(); ++i) {
+    const int index = d.objects[i].mesh;
+    if (index < 0 || index >= int(d.meshes.size())) continue;
+    const MeshDescription& described = d.meshes[size_t(index)];
+    const MeshDescription& mesh = described.shared ? *described.shared : described;
+    if (mesh.triangles.size() <= InstanceCrowds::kMostTriangles)
+      each[i] = std::max(each[i], mesh.triangles.size() * (of_triangle + sizeof(UVec3)) +
+                                      std::min(mesh.positions.size(), 3 * mesh.triangles.size()) * sizeof(Vec3));
+  }
+  uint64_t bytes = 0;
+  for (const InstanceDescription& instance : d.instances)
+    bytes += instance.object >= 0 && size_t(instance.object) < each.size() ? each[size_t(instance.object)]
+                                                                           : kStructureBytesPerInstance;
   return bytes;
 }
 
@@ -167,7 +187,7 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
             (mesh.strands.empty() ? 0 : segments_of(mesh) * kStructureBytesPerSegment) +
             (mesh.is_points() ? mesh.positions.size() * kStructureBytesPerPoint : 0));
   }
-  instances.bytes = d.instances.size() * (sizeof(BuiltInstance) + kStructureBytesPerInstance) +
+  instances.bytes = d.instances.size() * sizeof(BuiltInstance) + bytes_of_instance_structure(d, of_structure) +
                     d.motion_keys.size() * sizeof(Mat4) + 2 * d.camera.texels.size() * sizeof(Texel) +
                     d.instance_origins.size() * sizeof(InstanceOrigin);
   add_textures(d, textures);

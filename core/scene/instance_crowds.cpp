@@ -5,20 +5,19 @@
 #include <tbb/parallel_for.h>
 
 #include "description/diagnostics.h"
+#include "scene/embree.h"
 
 namespace ajar {
 
 namespace {
-
-constexpr size_t kMostTriangles = 8;  // of a mesh; more take more memory than an instance
-constexpr size_t kFewest = 64;        // instances of a crowd
 
 /// Minimum extent of an instance over its distance from the origin. Smaller ones would lose their shape to rounding.
 constexpr float kLeastExtent = 1.0f / 8192.0f;
 
 bool suits(const BuiltMesh& mesh) {
   return mesh.has_triangles() && !mesh.empty() && !mesh.baked && !mesh.deformation &&
-         mesh.triangles.size() <= kMostTriangles && mesh.positions.size() - 1 <= 3 * mesh.triangles.size();
+         mesh.triangles.size() <= InstanceCrowds::kMostTriangles &&
+         mesh.positions.size() - 1 <= 3 * mesh.triangles.size();
 }
 
 bool keeps_its_shape(const BuiltMesh& mesh, const Mat4& world) {
@@ -43,9 +42,12 @@ InstanceCrowds::InstanceCrowds(std::vector<BuiltMesh>& meshes, const std::vector
     if (suits(mesh) && !instance.motion && keeps_its_shape(mesh, instance.world_from_object))
       alike[{instance.mesh, instance.visibility}].push_back(i);
   }
+  size_t left = kMostOfAll;
   for (auto& [key, members] : alike) {
-    if (members.size() < kFewest) continue;
     BuiltMesh& mesh = meshes[key.first];
+    const size_t triangles = members.size() * mesh.triangles.size();
+    if (members.size() < kFewest || triangles > left) continue;
+    left -= triangles;
     mesh.crowded = true;
     is_member_.resize(instances.size(), false);
     for (const uint32_t i : members) is_member_[i] = true;

@@ -2,26 +2,33 @@
 //
 // Embree enters the space of each instance whose box a ray meets, and the boxes of leaves overlap. The triangles of such
 // instances are therefore in the top-level structure, in world space: one geometry for all instances of a mesh that the
-// same rays see. Its primitives are in the order of the instances. It takes about the memory of the instances.
+// same rays see. Its primitives are in the order of the instances. It takes more memory than the instances if the mesh has
+// more than three triangles, so all crowds together have at most kMostOfAll triangles.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "geometry/geometry.h"
-#include "scene/embree.h"
+
+struct RTCDeviceTy;  // of Embree
+struct RTCSceneTy;
 
 namespace ajar {
 
 class InstanceCrowds {
  public:
+  static constexpr size_t kMostTriangles = 8;  ///< of a mesh
+  static constexpr size_t kFewest = 64;        ///< instances of a crowd
+  static constexpr size_t kMostOfAll = size_t(1) << 23;
+
   InstanceCrowds() = default;
   /// Finds the crowds. Sets BuiltMesh::crowded.
   InstanceCrowds(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances);
   bool operator==(const InstanceCrowds&) const = default;
 
   /// Attaches the geometries to a scene, after the numbers of the instances. Embree owns their buffers.
-  void attach(RTCDevice device, RTCScene scene, const std::vector<BuiltMesh>& meshes,
+  void attach(RTCDeviceTy* device, RTCSceneTy* scene, const std::vector<BuiltMesh>& meshes,
               const std::vector<BuiltInstance>& instances) const;
   bool has(uint32_t instance) const { return !is_member_.empty() && is_member_[instance]; }
   size_t instance_count() const;

@@ -168,6 +168,29 @@ TEST(MemoryEstimate, of_instances_is_at_least_the_counted_memory) {
   EXPECT_GT(estimated, double(sizeof(BuiltInstance)) + double(build(d)->statistics().accel_bytes) / kCount);
 }
 
+TEST(MemoryEstimate, of_instances_of_few_triangles_is_between_their_memory_and_three_times_of_it) {
+  constexpr int kCount = 20000;
+  for (const int triangles : {1, 4, 8}) {
+    SceneDescription d = lit(16);
+    add_object(d, separate_triangles(triangles, 0.1f), add_diffuse(d, Color(0.5f)));
+    d.instances.clear();
+    Pcg32 rng(3);
+    for (int i = 0; i < kCount; ++i) {
+      InstanceDescription instance;
+      instance.object = 0;
+      instance.world_from_object = rows(
+          moved(20.0f * Vec3(rng.next_float(), rng.next_float(), rng.next_float()), 0.5f));
+      d.instances.push_back(instance);
+    }
+    const auto scene = build(d);
+    EXPECT_TRUE(scene->meshes()[0].crowded);
+    const double estimated = double(part(estimate_memory(d), "instances").bytes),
+                 taken = double(kCount) * sizeof(BuiltInstance) + double(scene->statistics().accel_bytes);
+    EXPECT_GE(estimated, taken) << triangles;
+    EXPECT_LT(estimated, 3.0 * taken) << triangles;
+  }
+}
+
 TEST(MemoryEstimate, of_textures_is_at_least_their_memory) {
   SceneDescription d = lit(16);
   ImageDescription image;
