@@ -71,7 +71,6 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     _is_aside = False           # a preview, or the strokes of Freestyle: nothing is kept of it, and it has one time and one view
     _next_words = 0.0
     _view = ""                  # the view that is rendered, with stereoscopy
-    _has_result = False         # Blender has got a picture of this render
     _share = (0.0, 1.0)         # of the progress: before this view, and of this view
     _is_last_view = True
     _limit: TimeLimit | None = None   # of the present render, if it is denoised
@@ -97,7 +96,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         draws_strokes = not self.is_preview and all(depsgraph.scene != scene for scene in bpy.data.scenes)   # that scene is not in the file
         self._is_aside = self.is_preview or draws_strokes
         options = headless.preview() if self.is_preview else headless.strokes() if draws_strokes else headless.current()
-        self._has_result = False
+        rendered = Rendered(depsgraph.scene, depsgraph.view_layer)
+        self._handed_over: set[str] = set()   # the views of which Blender has a picture
         with Interrupt() as interrupt:
             try:
                 self._render_views(depsgraph, options, lambda: interrupt.raised or self.test_break())
@@ -108,8 +108,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                 self._fail(str(error))
             finally:
                 pausing.end(self._is_aside)
-                if not self._has_result:
-                    self._hand_over_black(depsgraph)
+                self._hand_over_black(rendered)
         if interrupt.raised and headless.renders_from_command_line():
             interrupt.leave_after_writing()
 
@@ -284,18 +283,19 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                 self._hand_over(rendered, session, wanted, None)
                 next_image = time.monotonic() + IMAGE_SECONDS
 
-    def _hand_over_black(self, depsgraph: bpy.types.Depsgraph) -> None:
-        """Where nothing was rendered: Blender 5 crashes when it writes a layer without pixels to an EXR file."""
-        views = [view.name for view in self.get_result().views] if depsgraph.scene.render.use_multiview and not self._is_aside else [""]
-        for view in views:
-            self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y, layer=depsgraph.view_layer.name, view=view))
+    def _hand_over_black(self, rendered: Rendered) -> None:
+        """Views that were not rendered become black. Blender 5 crashes when it writes a layer without pixels to an EXR file."""
+        has_views = rendered.scene.render.use_multiview and not self._is_aside
+        views = {view.name for view in self.get_result().views} if has_views else {""}
+        for view in views - self._handed_over:
+            self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y, layer=rendered.view_layer.name, view=view))
 
     def _hand_over(self, rendered: Rendered, session: ajar.Session, wanted: list[passes.Pass],
                    statistics: dict | None, is_denoised: bool = False, is_cancelled=lambda: False) -> bool:
         """Pass the current image to Blender. Returns False if there is none yet."""
         if session.snapshot("Combined") is None:
             return False
-        self._has_result = True
+        self._handed_over.add(self._view)
         result = self.begin_result(0, 0, session.width, session.height, layer=rendered.view_layer.name, view=self._view)
         layer = result.layers[0]
         for item in wanted:
