@@ -375,14 +375,22 @@ class PathWalk {
       return bsdf.sample(walk_.point.wo, u_lobe, u_direction);
   }
 
-  /// The survival probability follows from the throughput without the guide. A direction that the guide prefers has a
-  /// high density and therefore a low throughput, although much light comes from it.
-  [[gnu::always_inline]] bool survives_roulette(uint32_t base) {
+  /// Survival probabilities follow from the throughput without the guide. A direction that the guide prefers has a high
+  /// density and therefore a low throughput, although much light comes from it.
+  float unguided_throughput() const {
     if constexpr (kGuided)
-      return survives(std::min(1.0f, std::sqrt(guided_.unguided_beta)), sampler_, base + D::kRoulette, beta_,
-                      guided_.unguided_beta);
+      return guided_.unguided_beta;
     else
-      return survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base + D::kRoulette, beta_);
+      return largest(beta_);
+  }
+  [[gnu::always_inline]] bool survives_with(float survival, uint32_t base) {
+    if constexpr (kGuided)
+      return survives(survival, sampler_, base + D::kRoulette, beta_, guided_.unguided_beta);
+    else
+      return survives(survival, sampler_, base + D::kRoulette, beta_);
+  }
+  [[gnu::always_inline]] bool survives_roulette(uint32_t base) {
+    return survives_with(std::min(1.0f, std::sqrt(unguided_throughput())), base);
   }
 
   /// Light that sharp lobes scatter is found by such rays alone. If roulette came before the ray, light that is reflected
@@ -394,15 +402,7 @@ class PathWalk {
   }
 
   /// Behind many tinted surfaces little is left of the throughput. What survives has kFaint of it.
-  bool survives_transparency() {
-    float left = largest(beta_);
-    if constexpr (kGuided) left = guided_.unguided_beta;
-    if (left >= kFaint) return true;
-    if constexpr (kGuided)
-      return survives(left / kFaint, sampler_, base_ + D::kRoulette, beta_, guided_.unguided_beta);
-    else
-      return survives(left / kFaint, sampler_, base_ + D::kRoulette, beta_);
-  }
+  bool survives_transparency() { return survives_with(unguided_throughput() / kFaint, base_); }
 
   /// Weights are negative where majorants are exceeded.
   static float largest(Color c) { return max_component(kMedia ? glm::abs(c) : c); }

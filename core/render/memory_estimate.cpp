@@ -22,6 +22,8 @@ namespace ajar {
 
 namespace {
 
+const MeshDescription& shared_or_own(const MeshDescription& mesh) { return mesh.shared ? *mesh.shared : mesh; }
+
 /// Number of segments of its strands.
 uint64_t segments_of(const MeshDescription& mesh) {
   return mesh.positions.size() > mesh.strands.size() ? mesh.positions.size() - mesh.strands.size() : 0;
@@ -66,8 +68,7 @@ std::vector<uint64_t> bytes_of_displacements(const SceneDescription& d) {
   std::vector<uint64_t> bytes(d.meshes.size(), 0);
   for (const ObjectDescription& object : d.objects) {
     if (object.mesh < 0 || object.mesh >= int(d.meshes.size())) continue;
-    const MeshDescription& described = d.meshes[size_t(object.mesh)];
-    const MeshDescription& mesh = described.shared ? *described.shared : described;
+    const MeshDescription& mesh = shared_or_own(d.meshes[size_t(object.mesh)]);
     if (mesh.triangles.empty()) continue;
     for (const int index : object.materials) {
       if (index < 0 || index >= int(d.materials.size())) continue;
@@ -91,8 +92,7 @@ uint64_t bytes_of_instance_structure(const SceneDescription& d, uint64_t of_tria
   for (size_t i = 0; i < d.objects.size(); ++i) {
     const int index = d.objects[i].mesh;
     if (index < 0 || index >= int(d.meshes.size())) continue;
-    const MeshDescription& described = d.meshes[size_t(index)];
-    const MeshDescription& mesh = described.shared ? *described.shared : described;
+    const MeshDescription& mesh = shared_or_own(d.meshes[size_t(index)]);
     if (mesh.triangles.size() <= InstanceCrowds::kMostTriangles)
       each[i] = std::max(each[i], mesh.triangles.size() * (of_triangle + sizeof(UVec3)) +
                                       std::min(mesh.positions.size(), 3 * mesh.triangles.size()) * sizeof(Vec3));
@@ -178,7 +178,7 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
   const std::vector<uint64_t> displacements = bytes_of_displacements(d);
   const uint64_t of_structure = d.settings.compact_bvh ? kCompactBytesPerTriangle : kStructureBytesPerTriangle;
   for (size_t i = 0; i < d.meshes.size(); ++i) {
-    const MeshDescription& mesh = d.meshes[i].shared ? *d.meshes[i].shared : d.meshes[i];
+    const MeshDescription& mesh = shared_or_own(d.meshes[i]);
     add(geometry, mesh.name,
         bytes_of(mesh) + displacements[i] + mesh.triangles.size() * of_structure + kStructureBytesPerMesh +
             (mesh.subdivision.empty()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from .. import compat
 from ..ajar_module import ajar
 
 CURVE_NORMAL = ".curve_normal"   # the normals of hair curves, for materials that ask for them
@@ -20,9 +21,7 @@ _VALUES = {  # data type of an attribute -> RNA name of its value, components, k
 def read(attribute: bpy.types.Attribute) -> np.ndarray:
     """The values: one number or row for each element of the domain."""
     value, components, kind = _VALUES[attribute.data_type]
-    values: np.ndarray = np.empty(len(attribute.data) * components, dtype=kind)
-    attribute.data.foreach_get(value, values)
-    return values.reshape(-1, components) if components > 1 else values
+    return compat.numbers(attribute.data, value, components, kind)
 
 
 def named(data: bpy.types.Curves | bpy.types.PointCloud, names: set[str]) -> list[tuple]:

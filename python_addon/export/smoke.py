@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from .. import compat
 from ..ajar_module import ajar
 from . import motion
 from .context import ExportContext
@@ -28,9 +29,7 @@ def make(context: ExportContext, owner: bpy.types.Object, mesh: bpy.types.Mesh) 
     if domain is None or density is None or not density.any() or len(mesh.vertices) == 0:
         context.warn(owner.name, "its smoke is empty in this frame and does not render; an unbaked simulation has to be baked or played first")
         return None
-    corners = np.empty(3 * len(mesh.vertices), dtype=np.float32)
-    mesh.vertices.foreach_get("co", corners)
-    lower, upper = (edge(corners.reshape(-1, 3).astype(np.float64), axis=0) for edge in (np.min, np.max))
+    lower, upper = (edge(compat.vertex_positions(mesh).astype(np.float64), axis=0) for edge in (np.min, np.max))
     if not (upper > lower).all():
         context.warn(owner.name, "its domain is flat and does not render")
         return None
