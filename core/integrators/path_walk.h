@@ -377,7 +377,7 @@ class PathWalk {
 
   /// Survival probabilities follow from the throughput without the guide. A direction that the guide prefers has a high
   /// density and therefore a low throughput, although much light comes from it.
-  float unguided_throughput() const {
+  [[gnu::always_inline]] float unguided_throughput() const {
     if constexpr (kGuided)
       return guided_.unguided_beta;
     else
@@ -402,7 +402,7 @@ class PathWalk {
   }
 
   /// Behind many tinted surfaces little is left of the throughput. What survives has kFaint of it.
-  bool survives_transparency() { return survives_with(unguided_throughput() / kFaint, base_); }
+  [[gnu::noinline]] bool survives_transparency() { return survives_with(unguided_throughput() / kFaint, base_); }
 
   /// Weights are negative where majorants are exceeded.
   static float largest(Color c) { return max_component(kMedia ? glm::abs(c) : c); }
