@@ -59,21 +59,22 @@ def expected_seconds(pixels: int, quality: ajar.DenoiseQuality, threads: int) ->
 class Background:
     """Denoises one image in its own thread."""
 
-    def __init__(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int = 0, biased: Sequence[bool] = (), exposure: float = 1.0) -> None:
+    def __init__(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int = 0, biased: Sequence[bool] = (), exposure: float = 1.0,
+                 needs_error: bool = False) -> None:
         """Start to denoise the pass Combined of `pictures`, [height, width, 4]; its alpha is not changed. With the passes `NEEDED`, the result is
-        consistent. `biased`: of each technique that has rendered the picture. `exposure`: light times this is displayed."""
+        consistent. `biased`: of each technique that has rendered the picture. `exposure`: light times this is displayed. `needs_error`: also with the qualities that estimate no error."""
         self._cancellation = ajar.Cancellation()
         self._result: tuple[np.ndarray, np.ndarray | None] | None = None
         self._error = ""
-        self._thread = threading.Thread(target=self._work, args=(pictures, quality, threads, list(biased), exposure), daemon=True)
+        self._thread = threading.Thread(target=self._work, args=(pictures, quality, threads, list(biased), exposure, needs_error), daemon=True)
         self._thread.start()
 
-    def _work(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int, biased: list[bool], exposure: float) -> None:
+    def _work(self, pictures: dict[str, np.ndarray], quality: ajar.DenoiseQuality, threads: int, biased: list[bool], exposure: float, needs_error: bool) -> None:
         color = pictures[passes.COMBINED.name]
         albedo, normal, halves, direct_halves = (pictures.get(name) for name in NEEDED)
         started, pixels = time.monotonic(), color.shape[0] * color.shape[1]
         try:
-            self._result = ajar.denoise(color, halves, albedo, normal, quality, threads, self._cancellation, direct_halves, biased, exposure)
+            self._result = ajar.denoise(color, halves, albedo, normal, quality, threads, self._cancellation, direct_halves, biased, exposure, needs_error)
             if self._result is not None and pixels >= LEARNED_PIXELS:
                 _seconds_per_pixel[quality, _cores(threads)] = (time.monotonic() - started) / pixels
         except RuntimeError as error:
@@ -89,7 +90,7 @@ class Background:
         self._cancellation.set()
 
     def result(self) -> tuple[np.ndarray, np.ndarray | None] | None:
-        """The image, and the estimated relMSE of its pixels if `pictures` had halves; None if denoising was cancelled. Waits for the end. Raises RuntimeError if the library failed."""
+        """The image, and the estimated relMSE of its pixels if it was estimated; None if denoising was cancelled. Waits for the end. Raises RuntimeError if the library failed."""
         self._thread.join()
         if self._error:
             raise RuntimeError(self._error)

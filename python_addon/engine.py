@@ -322,7 +322,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         else:
             quality = ajar.denoiser.quality_for(statistics["rays"], ajar.denoiser.pixels_of(pictures[passes.HALVES], image))
         work = denoise.Background(pictures, quality, statistics["threads"], ajar.denoiser.biased_of(statistics),
-                                  view_exposure(rendered.scene))
+                                  view_exposure(rendered.scene), layer.passes.get(passes.DENOISING_ERROR.shown) is not None)
         while not work.wait(POLL_SECONDS):
             if is_cancelled():
                 work.cancel()

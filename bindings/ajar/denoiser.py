@@ -60,7 +60,7 @@ def reason() -> str:
 
 
 def quality_for(rays: float, pixels: int, free_seconds: float = FREE_SECONDS) -> DenoiseQuality:
-    """The best quality that takes at most a tenth of a render with this number of rays, or `free_seconds` of a core. Direct light is denoised apart."""
+    """The best quality that takes at most a tenth of a render with this number of rays, or, except High, `free_seconds` of a core. The picture has direct light apart."""
     return denoise_quality_for(rays, pixels, free_seconds, True)
 
 

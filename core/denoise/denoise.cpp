@@ -64,7 +64,7 @@ struct Residuals {
 struct PlanePixel {
   float energy = 0.0f, noise = 0.0f, product = 0.0f;
 };
-/// The denoiser's images of both halves, and D if it is not their mean.
+/// The denoiser's images of both halves, and D if it is not their mean. With one run, both are D.
 struct DenoisedHalves {
   std::vector<float> from_a, from_b, whole;
 };
@@ -247,10 +247,11 @@ std::vector<float> light_of(const std::vector<float>& one, const std::vector<flo
 }
 
 DenoisedHalves denoise_halves(const std::vector<float>& a, const std::vector<float>& b, ImageSize size, float dark,
-                              const DenoiseFunction& denoiser, bool with_whole) {
+                              const DenoiseFunction& denoiser, DenoiseRuns runs) {
+  const bool with_halves = runs != DenoiseRuns::Whole, with_whole = runs != DenoiseRuns::Halves;
   std::vector<float> one = limited(a, b, size.width, size.height), two = limited(b, a, size.width, size.height), mean,
                      noise;  // squared
-  if (with_whole) {
+  if (with_halves && with_whole) {
     noise.resize(size.values() / 3);
     for_pixels(noise.size(), [&](size_t i) {
       for (size_t c = 3 * i; c < 3 * i + 3; ++c) noise[i] += (one[c] - two[c]) * (one[c] - two[c]) / 12.0f;
@@ -260,6 +261,11 @@ DenoisedHalves denoise_halves(const std::vector<float>& a, const std::vector<flo
   if (with_whole) {
     mean.resize(size.values());
     for_pixels(mean.size(), [&](size_t i) { mean[i] = 0.5f * (one[i] + two[i]); });
+  }
+  if (!with_halves) {
+    DenoisedHalves d{run(denoiser, std::move(mean)), {}, {}};
+    d.from_b = d.from_a;
+    return d;
   }
   DenoisedHalves d{run(denoiser, std::move(one)), run(denoiser, std::move(two)), {}};
   if (!with_whole) return d;
@@ -303,9 +309,9 @@ Halves separate(const std::vector<float>& halves, size_t k, size_t techniques) {
 struct Combined {
   std::vector<float> image, difference;
 };
-Combined combine(const Halves& halves, ImageSize size, float dark, const DenoiseFunction& denoiser, bool with_whole) {
+Combined combine(const Halves& halves, ImageSize size, float dark, const DenoiseFunction& denoiser, DenoiseRuns runs) {
   const auto& [a, b] = halves;
-  const auto [from_a, from_b, whole] = denoise_halves(a, b, size, dark, denoiser, with_whole);
+  const auto [from_a, from_b, whole] = denoise_halves(a, b, size, dark, denoiser, runs);
   BrightPixels bright = bright_pixels_of(halves, from_a, from_b, size);
   const std::vector<float> light = light_of(from_a, from_b, dark);
   Residuals residuals;
@@ -336,9 +342,10 @@ Combined combine(const Halves& halves, ImageSize size, float dark, const Denoise
   return result;
 }
 
-/// The image by one technique. `direct`: the part of the halves by direct paths; unknown: they are not separated.
+/// The image by one technique. `direct`: the part of the halves by direct paths; unknown: they are not separated. Without
+/// runs for the halves, the error is empty.
 Denoised denoise_technique(const Halves& all, Halves direct, ImageSize size, float dark,
-                           const DenoiseFunction& denoiser, bool with_whole) {
+                           const DenoiseFunction& denoiser, DenoiseRuns runs) {
   std::vector<Halves> parts{all};
   if (is_known(direct)) {
     for (size_t i = 0; i < size.values(); ++i) {
@@ -347,15 +354,17 @@ Denoised denoise_technique(const Halves& all, Halves direct, ImageSize size, flo
     }
     parts.push_back(std::move(direct));
   }
-  Denoised result{std::vector<float>(size.values()), std::vector<float>(size.values() / 3)};
+  Denoised result{std::vector<float>(size.values()), {}};
   std::vector<float> difference(size.values());
   for (const Halves& part : parts) {
-    const Combined combined = combine(part, size, dark, denoiser, with_whole);
+    const Combined combined = combine(part, size, dark, denoiser, runs);
     for_pixels(size.values(), [&](size_t i) {
       result.image[i] += combined.image[i];
       difference[i] += combined.difference[i];
     });
   }
+  if (runs == DenoiseRuns::Whole) return result;
+  result.error.resize(size.values() / 3);
   for_pixels(result.error.size(), [&](size_t i) {
     for (size_t c = 3 * i; c < 3 * i + 3; ++c)
       result.error[i] += 0.5f * difference[c] * difference[c] / (result.image[c] * result.image[c] + dark) / 3.0f;
@@ -371,9 +380,9 @@ size_t techniques_of(const NoisyImage& noisy) {
   return noisy.halves.size() / (kHalfChannels * size_t(noisy.width) * size_t(noisy.height));
 }
 
-/// The images of the techniques whose halves are known.
+/// The images of the techniques whose halves are known. `estimator`: see `denoise`.
 std::vector<TechniqueImage> denoise_techniques(const NoisyImage& noisy, const DenoiseFunction& denoiser,
-                                               bool with_whole) {
+                                               DenoiseRuns runs, const DenoiseFunction& estimator) {
   const ImageSize size{noisy.width, noisy.height, 3};
   const size_t techniques = techniques_of(noisy);
   std::vector<TechniqueImage> images;
@@ -381,7 +390,9 @@ std::vector<TechniqueImage> denoise_techniques(const NoisyImage& noisy, const De
     Halves all = separate(noisy.halves, k, techniques), direct;
     if (!is_known(all)) continue;
     if (!noisy.direct_halves.empty()) direct = separate(noisy.direct_halves, k, techniques);
-    Denoised denoised = denoise_technique(all, std::move(direct), size, dark_of(noisy), denoiser, with_whole);
+    Denoised denoised = denoise_technique(all, std::move(direct), size, dark_of(noisy), denoiser, runs);
+    if (runs == DenoiseRuns::Whole && estimator)
+      denoised.error = denoise_technique(all, {}, size, dark_of(noisy), estimator, DenoiseRuns::Halves).error;
     images.push_back({std::move(denoised), std::move(all), k < noisy.biased.size() && noisy.biased[k]});
   }
   return images;
@@ -420,7 +431,7 @@ std::vector<float> limited(const std::vector<float>& image, const std::vector<fl
 
 std::vector<double> technique_errors(const NoisyImage& noisy, const DenoiseFunction& denoiser) {
   const ImageSize size{noisy.width, noisy.height, 3};
-  const std::vector<TechniqueImage> images = denoise_techniques(noisy, denoiser, false);
+  const std::vector<TechniqueImage> images = denoise_techniques(noisy, denoiser, DenoiseRuns::Halves, {});
   if (images.size() != techniques_of(noisy)) return {};
   std::vector<double> means;
   for (const std::vector<float>& errors : errors_of(images, size, dark_of(noisy))) {
@@ -431,8 +442,10 @@ std::vector<double> technique_errors(const NoisyImage& noisy, const DenoiseFunct
   return means;
 }
 
-Denoised denoise(const NoisyImage& noisy, const DenoiseFunction& denoiser, bool with_whole) {
-  std::vector<TechniqueImage> images = denoise_techniques(noisy, denoiser, with_whole);
+Denoised denoise(const NoisyImage& noisy, const DenoiseFunction& denoiser, DenoiseRuns runs,
+                 const DenoiseFunction& estimator) {
+  const bool needs_errors = techniques_of(noisy) > 1 && !estimator;
+  std::vector<TechniqueImage> images = denoise_techniques(noisy, denoiser, runs, needs_errors ? denoiser : estimator);
   if (images.empty()) return {run(denoiser, noisy.image), {}};
   return images.size() == 1 ? std::move(images[0].denoised)
                             : mean_of(images, {noisy.width, noisy.height, 3}, dark_of(noisy));

@@ -22,6 +22,12 @@
 // The estimate of the squared error is twice as much: the bias that is left cannot be separated from the noise, and in
 // test renders it is about as large (docs/research/denoising.md).
 //
+// A short render has no time for a run for each half. D is then D((A + B) / 2) alone, and D(A) and D(B) are D. Because D
+// keeps a part of the noise of both halves, e^2 is estimated too small by twice the covariance of D and the noise: the
+// weights are too small where N is nearly as good as D. This vanishes with the noise, so that the image is consistent
+// as well. The halves do not tell the error of such an image. Two more runs of a small network do, because the error of
+// an image from halves is about the same.
+//
 // Light that is found directly has another kind of noise than the rest: little noise, with edges of shadows. If the
 // render separates it ("Direct Halves" of film.h), both parts are denoised and combined apart, and added. This takes
 // twice the time, and the error is usually a tenth to a quarter smaller (docs/research/denoising.md).
@@ -67,12 +73,20 @@ struct NoisyImage {
   std::vector<bool> biased{};
   float exposure = 1.0f;  ///< light times this is displayed
 };
-/// `with_whole`: images with much noise are denoised as a whole as well, which takes half as long again.
-Denoised denoise(const NoisyImage& noisy, const DenoiseFunction& denoiser, bool with_whole = true);
+/// What the denoiser sees.
+enum class DenoiseRuns {
+  HalvesAndWhole,  ///< both halves, and with much noise also the image, which takes half as long again
+  Halves,          ///< both halves
+  Whole            ///< the image
+};
+/// `estimator`: a fast denoiser, by which the error is estimated if the denoiser sees the image alone. Without it,
+/// `error` is empty then; only the mean of several techniques needs errors, and the denoiser itself estimates them.
+Denoised denoise(const NoisyImage& noisy, const DenoiseFunction& denoiser,
+                 DenoiseRuns runs = DenoiseRuns::HalvesAndWhole, const DenoiseFunction& estimator = {});
 /// The same without direct halves.
 inline Denoised denoise(const std::vector<float>& image, const std::vector<float>& halves, int width, int height,
-                        const DenoiseFunction& denoiser, bool with_whole = true) {
-  return denoise({image, halves, {}, width, height}, denoiser, with_whole);
+                        const DenoiseFunction& denoiser, DenoiseRuns runs = DenoiseRuns::HalvesAndWhole) {
+  return denoise({image, halves, {}, width, height}, denoiser, runs);
 }
 
 /// For each technique of the halves, the estimated relMSE of its denoised image. Empty if a pixel of one technique has no

@@ -51,36 +51,14 @@ void find(void* library, const char* name, Function& function) {
   if (function == nullptr) throw std::runtime_error(std::string("Open Image Denoise has no function ") + name + ".");
 }
 
-int number_of(DenoiseQuality quality) {
-  if (quality == DenoiseQuality::High) return kHigh;
-  return quality == DenoiseQuality::Fast && loaded().has_fast ? kFast : kBalanced;
+int number_of(DenoiseNetwork network) {
+  if (network == DenoiseNetwork::Large) return kHigh;
+  return network == DenoiseNetwork::Small && loaded().has_fast ? kFast : kBalanced;
 }
 
 bool goes_on(void* cancelled, double) { return !static_cast<const std::atomic<bool>*>(cancelled)->load(); }
 
 }  // namespace
-
-double denoise_seconds(DenoiseQuality quality, double pixels, bool separates) {
-  // Of a core for a pixel, with both halves and (High, Balanced) the whole.
-  constexpr double kHighSeconds = 15e-6, kBalancedSeconds = 5.2e-6, kFastSeconds = 2.2e-6;
-  const double twice = separates ? 2.0 : 1.0;
-  switch (quality) {
-    case DenoiseQuality::High: return twice * kHighSeconds * pixels;
-    case DenoiseQuality::Balanced: return twice * kBalancedSeconds * pixels;
-    case DenoiseQuality::Fast: return twice * kFastSeconds * pixels;
-    case DenoiseQuality::Fastest: break;
-  }
-  return kFastSeconds * pixels;
-}
-
-DenoiseQuality denoise_quality_for(double rays, double pixels, double free_seconds, bool separates) {
-  constexpr double kMaxShare = 0.1;  // of the render
-  const double allowed = std::max(kMaxShare * kDenoiseSecondsPerRay * rays, free_seconds);
-  const auto fits = [&](DenoiseQuality quality) { return denoise_seconds(quality, pixels, separates) <= allowed; };
-  if (fits(DenoiseQuality::High)) return DenoiseQuality::High;
-  if (fits(DenoiseQuality::Balanced)) return DenoiseQuality::Balanced;
-  return !separates || fits(DenoiseQuality::Fast) ? DenoiseQuality::Fast : DenoiseQuality::Fastest;
-}
 
 struct OpenImageDenoise::Device {
   const Interface& use;
@@ -178,15 +156,15 @@ std::string OpenImageDenoise::version() {
 }
 
 OpenImageDenoise::OpenImageDenoise(int width, int height, std::vector<float> albedo, std::vector<float> normal,
-                                   DenoiseQuality quality, int threads, const std::atomic<bool>& cancelled)
+                                   DenoiseNetwork network, int threads, const std::atomic<bool>& cancelled)
     : width_(width),
       height_(height),
-      quality_(quality),
+      network_(network),
       cancelled_(cancelled),
       albedo_(std::move(albedo)),
       normal_(std::move(normal)) {
   device_ = Device::make(threads);
-  if (quality_ != DenoiseQuality::High) return;
+  if (network_ != DenoiseNetwork::Large) return;
   if (!albedo_.empty()) run("albedo", albedo_, kBalanced);
   if (!normal_.empty()) run("normal", normal_, kBalanced);
 }
@@ -194,7 +172,7 @@ OpenImageDenoise::OpenImageDenoise(int width, int height, std::vector<float> alb
 OpenImageDenoise::~OpenImageDenoise() = default;
 
 std::vector<float> OpenImageDenoise::operator()(std::vector<float> image) const {
-  run("color", image, number_of(quality_));
+  run("color", image, number_of(network_));
   return image;
 }
 
@@ -209,14 +187,14 @@ void OpenImageDenoise::run(const char* name, std::vector<float>& image, int qual
   device_->check();
 }
 
-PreparedDenoiser::PreparedDenoiser(int width, int height, bool guided, DenoiseQuality quality, int threads)
+PreparedDenoiser::PreparedDenoiser(int width, int height, bool guided, DenoiseNetwork network, int threads)
     : device_(OpenImageDenoise::Device::make(threads)),
       image_(size_t(width) * size_t(height) * 3),
       albedo_(guided ? image_.size() : 0),
       normal_(albedo_.size()),
       filter_(device_->make_filter({"color", image_.data(), guided ? albedo_.data() : nullptr,
                                     guided ? normal_.data() : nullptr, size_t(width), size_t(height),
-                                    number_of(quality)})) {
+                                    number_of(network)})) {
   device_->use.commit_filter(filter_);
   device_->check();
 }

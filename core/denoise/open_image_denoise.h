@@ -12,21 +12,13 @@
 
 namespace ajar {
 
-/// Time against error. For an image of 1920 x 1080 pixels with guides: 11, 1.6 or 0.8 seconds on two cores (AMD EPYC).
-enum class DenoiseQuality {
-  High,      ///< the guides are denoised first; a network for guides without noise
-  Balanced,  ///< a network for guides with noise
-  Fast,      ///< the same, smaller
-  Fastest    ///< as Fast; direct light is not denoised apart
+/// The networks of the library. For an image of 1920 x 1080 pixels with guides: 14, 3.2 or 1.7 seconds of a core (AMD
+/// EPYC).
+enum class DenoiseNetwork {
+  Large,   ///< for guides without noise, which are denoised before
+  Medium,  ///< for guides with noise
+  Small    ///< likewise
 };
-
-/// The best quality that takes at most a tenth of a render with this number of rays, or `free_seconds` of a core. It
-/// follows from fixed costs, not from the clock: frames of different machines agree. `separates`: direct light is
-/// denoised apart, which takes twice the time, except by Fastest.
-DenoiseQuality denoise_quality_for(double rays, double pixels, double free_seconds, bool separates);
-/// Seconds of a core that this quality is expected to take. As `denoise_quality_for` assumes.
-double denoise_seconds(DenoiseQuality quality, double pixels, bool separates);
-constexpr double kDenoiseSecondsPerRay = 0.5e-6;  ///< of a core, as `denoise_quality_for` assumes
 
 /// Thrown when `cancelled` is set while the library runs.
 class DenoisingCancelled : public std::runtime_error {
@@ -45,7 +37,7 @@ class OpenImageDenoise {
 
   /// For images of this size, with guides of the same size: RGB of the albedo in [0, 1] and the normal in [-1, 1]. Empty
   /// guides are not used. `cancelled` may be set by another thread. Throws std::runtime_error if no library is loaded.
-  OpenImageDenoise(int width, int height, std::vector<float> albedo, std::vector<float> normal, DenoiseQuality quality,
+  OpenImageDenoise(int width, int height, std::vector<float> albedo, std::vector<float> normal, DenoiseNetwork network,
                    int threads, const std::atomic<bool>& cancelled);
   ~OpenImageDenoise();
   OpenImageDenoise(const OpenImageDenoise&) = delete;
@@ -57,7 +49,7 @@ class OpenImageDenoise {
   void run(const char* name, std::vector<float>& image, int quality) const;
 
   int width_, height_;
-  DenoiseQuality quality_;
+  DenoiseNetwork network_;
   const std::atomic<bool>& cancelled_;
   std::unique_ptr<Device> device_;
   std::vector<float> albedo_, normal_;
@@ -67,8 +59,8 @@ class OpenImageDenoise {
 /// image. Guides are not denoised before.
 class PreparedDenoiser {
  public:
-  /// `quality`: Balanced or Fast. Throws std::runtime_error if no library is loaded or if it fails.
-  PreparedDenoiser(int width, int height, bool guided, DenoiseQuality quality, int threads);
+  /// `network`: not Large. Throws std::runtime_error if no library is loaded or if it fails.
+  PreparedDenoiser(int width, int height, bool guided, DenoiseNetwork network, int threads);
   ~PreparedDenoiser();
   PreparedDenoiser(const PreparedDenoiser&) = delete;
 

@@ -18,8 +18,8 @@ auto with_denoiser(const DenoiserInput& input, int threads, const std::atomic<bo
   decltype(estimate(DenoiseFunction())) none;
   if (OpenImageDenoise::version().empty()) return none;
   try {
-    const OpenImageDenoise library(input.width, input.height, input.albedo, input.normal, DenoiseQuality::Fast, threads,
-                                   stop);
+    const OpenImageDenoise library(input.width, input.height, input.albedo, input.normal, DenoiseNetwork::Small,
+                                   threads, stop);
     return estimate(std::cref(library));
   } catch (const std::runtime_error&) {
     return none;
@@ -32,7 +32,7 @@ double shown_relmse(const DenoiserInput& input, int threads, const std::atomic<b
   const std::vector<float> rgb = rgb_of(input.combined);
   const std::vector<float> error = with_denoiser(input, threads, stop, [&](const DenoiseFunction& denoiser) {
     return denoise({rgb, input.halves, input.direct_halves, input.width, input.height, input.biased, input.exposure},
-                   denoiser, false)
+                   denoiser, DenoiseRuns::Halves)
         .error;
   });
   if (error.empty()) return -1.0;

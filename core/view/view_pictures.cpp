@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "denoise/denoise.h"
+#include "denoise/quality.h"
 
 namespace ajar {
 
@@ -49,19 +50,19 @@ ViewLevel ViewSchedule::finer(ViewLevel level, double pixels, bool guided) const
   return {level.divider / 2, false};
 }
 
-PreparedDenoiser& ViewDenoiser::network_for(const DenoiserInput& input, DenoiseQuality quality, int threads) {
+PreparedDenoiser& ViewDenoiser::network_for(const DenoiserInput& input, DenoiseNetwork kind, int threads) {
   const bool guided = !input.albedo.empty() && !input.normal.empty();
   const auto fits = [&](const Kept& k) {
     return k.width == input.width && k.height == input.height && k.threads == threads && k.guided == guided &&
-           k.quality == quality;
+           k.kind == kind;
   };
   const auto found = std::find_if(kept_.begin(), kept_.end(), fits);
   if (found != kept_.end()) {
     kept_.splice(kept_.begin(), kept_, found);
   } else {
     if (kept_.size() >= kMaxKept) kept_.pop_back();
-    auto network = std::make_unique<PreparedDenoiser>(input.width, input.height, guided, quality, threads);
-    kept_.push_front({input.width, input.height, threads, guided, quality, std::move(network)});
+    auto network = std::make_unique<PreparedDenoiser>(input.width, input.height, guided, kind, threads);
+    kept_.push_front({input.width, input.height, threads, guided, kind, std::move(network)});
   }
   return *kept_.front().network;
 }
@@ -69,21 +70,21 @@ PreparedDenoiser& ViewDenoiser::network_for(const DenoiserInput& input, DenoiseQ
 std::vector<float> ViewDenoiser::operator()(const DenoiserInput& input, double samples, double rays, int threads,
                                             const std::atomic<bool>& stop) {
   const bool consistent = samples >= kConsistentSamples;
-  const DenoiseQuality quality = consistent
-                                     ? denoise_quality_for(rays, double(input.width) * double(input.height), 0.0, false)
-                                     : DenoiseQuality::Fast;
+  const DenoiseQuality quality = denoise_quality_for(rays, double(input.width) * double(input.height), 0.0, false);
+  const DenoisePlan plan = consistent ? plan_of(quality)
+                                      : DenoisePlan{DenoiseNetwork::Small, DenoiseRuns::Whole, false, false};
   const std::vector<float> none;
   const std::vector<float>&image = rgb_of(input.combined), &halves = consistent ? input.halves : none;
   const NoisyImage noisy{image, halves, {}, input.width, input.height, {}, input.exposure};
   Denoised result;
-  if (quality == DenoiseQuality::High) {
-    const OpenImageDenoise library(input.width, input.height, input.albedo, input.normal, quality, threads, stop);
-    result = denoise(noisy, std::cref(library));
+  if (plan.network == DenoiseNetwork::Large) {
+    const OpenImageDenoise library(input.width, input.height, input.albedo, input.normal, plan.network, threads, stop);
+    result = denoise(noisy, std::cref(library), plan.runs);
   } else {
-    PreparedDenoiser& network = network_for(input, quality, threads);
+    PreparedDenoiser& network = network_for(input, plan.network, threads);
     network.set_guides(input.albedo, input.normal);
     result = denoise(
-        noisy, [&](std::vector<float> one) { return network(std::move(one), stop); }, quality != DenoiseQuality::Fast);
+        noisy, [&](std::vector<float> one) { return network(std::move(one), stop); }, plan.runs);
   }
   std::vector<float> rgba = input.combined;
   for (size_t i = 0; i < rgba.size() / 4; ++i) std::copy_n(&result.image[3 * i], 3, &rgba[4 * i]);

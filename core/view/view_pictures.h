@@ -80,10 +80,10 @@ class ViewDenoiser {
   struct Kept {
     int width, height, threads;
     bool guided;
-    DenoiseQuality quality;
+    DenoiseNetwork kind;
     std::unique_ptr<PreparedDenoiser> network;
   };
-  PreparedDenoiser& network_for(const DenoiserInput& input, DenoiseQuality quality, int threads);
+  PreparedDenoiser& network_for(const DenoiserInput& input, DenoiseNetwork kind, int threads);
   std::list<Kept> kept_;  // the latest first
 };
 

@@ -46,7 +46,7 @@ TEST(Denoise, the_result_converges_although_the_denoiser_is_wrong) {
   const std::vector<float> clean = truth();
   const double bias = relative_error(dark_blur(clean), clean);
   EXPECT_GT(bias, 0.01);
-  double before = 1e9;
+  double before[2] = {1e9, 1e9};
   for (const int samples : {16, 256, 4096, 65536 * 16}) {
     const int drawn = std::min(samples, 4096);
     Rendered r = rendered(clean, drawn, 7);
@@ -59,13 +59,16 @@ TEST(Denoise, the_result_converges_although_the_denoiser_is_wrong) {
         }
         r.image[i] = clean[i] + scale * (r.image[i] - clean[i]);
       }
-    const double noisy = relative_error(r.image, clean),
-                 error = relative_error(denoise(r.image, r.halves, kWidth, kHeight, dark_blur).image, clean);
-    EXPECT_LT(error, before) << samples;
-    EXPECT_LT(error, 1.02 * noisy + 1e-9) << samples;
-    before = error;
+    const double noisy = relative_error(r.image, clean);
+    for (const DenoiseRuns runs : {DenoiseRuns::HalvesAndWhole, DenoiseRuns::Whole}) {
+      const double error = relative_error(denoise(r.image, r.halves, kWidth, kHeight, dark_blur, runs).image, clean);
+      double& last = before[runs == DenoiseRuns::Whole];
+      EXPECT_LT(error, last) << samples << " samples, " << int(runs);
+      EXPECT_LT(error, 1.02 * noisy + 1e-9) << samples << " samples, " << int(runs);
+      last = error;
+    }
   }
-  EXPECT_LT(before, 1e-3 * bias);
+  for (const double last : before) EXPECT_LT(last, 1e-3 * bias);
 }
 
 TEST(Denoise, the_estimated_error_is_that_of_the_image_or_twice_as_large) {
@@ -108,7 +111,27 @@ TEST(Denoise, light_that_the_denoiser_takes_away_returns) {
   const std::vector<float> clean = truth();
   const Rendered r = rendered(clean, 64, 3);
   EXPECT_NEAR(sum_of(dark_blur(r.image)) / sum_of(clean), 0.9, 0.02);
-  EXPECT_NEAR(sum_of(denoise(r.image, r.halves, kWidth, kHeight, dark_blur).image) / sum_of(r.image), 1.0, 0.005);
+  for (const DenoiseRuns runs : {DenoiseRuns::HalvesAndWhole, DenoiseRuns::Whole})
+    EXPECT_NEAR(sum_of(denoise(r.image, r.halves, kWidth, kHeight, dark_blur, runs).image) / sum_of(r.image), 1.0,
+                0.005);
+}
+
+TEST(Denoise, one_run_on_the_whole_image_has_an_error_only_with_an_estimator) {
+  const std::vector<float> clean = truth();
+  const Rendered r = rendered(clean, 16, 3);
+  const NoisyImage noisy{r.image, r.halves, {}, kWidth, kHeight};
+  int calls = 0;
+  const auto estimator = [&](const std::vector<float>& image) {
+    ++calls;
+    return dark_blur(image);
+  };
+  const auto identity = [](const std::vector<float>& image) { return image; };
+  const Denoised plain = denoise(noisy, identity, DenoiseRuns::Whole),
+                 estimated = denoise(noisy, identity, DenoiseRuns::Whole, estimator);
+  EXPECT_EQ(calls, 2);
+  EXPECT_TRUE(plain.error.empty());
+  EXPECT_EQ(plain.image, estimated.image);
+  EXPECT_EQ(estimated.error, denoise(noisy, dark_blur, DenoiseRuns::Halves).error);
 }
 
 TEST(Denoise, the_error_of_a_bright_surface_does_not_reach_a_dark_one) {
@@ -164,15 +187,17 @@ TEST(Denoise, noisy_images_are_denoised_as_a_whole_as_well) {
     return result;
   };
   const Rendered noisy = rendered(clean, 2, 21), calm = rendered(clean, 400, 21);
-  const auto error = [&](const Rendered& r, bool whole) {
-    return relative_error(denoise(r.image, r.halves, kWidth, kHeight, adds_pattern, whole).image, clean);
+  const auto error = [&](const Rendered& r, DenoiseRuns runs) {
+    return relative_error(denoise(r.image, r.halves, kWidth, kHeight, adds_pattern, runs).image, clean);
   };
-  const double without = error(noisy, false);
+  const double without = error(noisy, DenoiseRuns::Halves);
   EXPECT_EQ(calls, 2);
-  EXPECT_LT(error(noisy, true), 0.7 * without);
+  EXPECT_LT(error(noisy, DenoiseRuns::HalvesAndWhole), 0.7 * without);
   EXPECT_EQ(calls, 5);
-  EXPECT_EQ(error(calm, true), error(calm, false));
+  EXPECT_EQ(error(calm, DenoiseRuns::HalvesAndWhole), error(calm, DenoiseRuns::Halves));
   EXPECT_EQ(calls, 9);
+  EXPECT_LT(error(noisy, DenoiseRuns::Whole), 0.7 * without);
+  EXPECT_EQ(calls, 10);
 }
 
 TEST(Denoise, bright_pixels_keep_their_light_where_they_are_frequent) {
@@ -202,7 +227,7 @@ TEST(Denoise, bright_pixels_keep_their_light_where_they_are_frequent) {
         }
         return noisy;
       },
-      false);
+      DenoiseRuns::Halves);
   EXPECT_GT(seen, 0.9 * light);
   EXPECT_LT(most, 5.0);
 }
@@ -375,20 +400,23 @@ TEST(Denoise, separated_parts_converge_and_keep_their_energy) {
   const std::vector<float> direct = truth(), rest(kValues, 0.3f);
   std::vector<float> clean(kValues);
   for (size_t i = 0; i < kValues; ++i) clean[i] = direct[i] + rest[i];
-  double before = 1e9;
+  double before[2] = {1e9, 1e9};
   for (const int samples : {16, 256, 4096}) {
     const Rendered one = rendered(direct, samples, 1), two = rendered(rest, samples, 2);
     Rendered sum = one;
     for (size_t i = 0; i < sum.halves.size(); ++i) sum.halves[i] += two.halves[i];
     for (size_t i = 0; i < kValues; ++i) sum.image[i] += two.image[i];
-    const Denoised result = denoise({sum.image, sum.halves, one.halves, kWidth, kHeight}, dark_blur);
-    const double error = relative_error(result.image, clean);
-    EXPECT_LT(error, before) << samples;
-    EXPECT_LT(error, 1.02 * relative_error(sum.image, clean) + 1e-9) << samples;
-    if (samples > 16) {
-      EXPECT_NEAR(sum_of(result.image) / sum_of(sum.image), 1.0, 0.005) << samples;
+    for (const DenoiseRuns runs : {DenoiseRuns::HalvesAndWhole, DenoiseRuns::Whole}) {
+      const Denoised result = denoise({sum.image, sum.halves, one.halves, kWidth, kHeight}, dark_blur, runs);
+      const double error = relative_error(result.image, clean);
+      double& last = before[runs == DenoiseRuns::Whole];
+      EXPECT_LT(error, last) << samples;
+      EXPECT_LT(error, 1.02 * relative_error(sum.image, clean) + 1e-9) << samples;
+      if (samples > 16) {
+        EXPECT_NEAR(sum_of(result.image) / sum_of(sum.image), 1.0, 0.005) << samples;
+      }
+      last = error;
     }
-    before = error;
   }
 }
 
