@@ -33,8 +33,8 @@ inline uint32_t visibility_mask(uint32_t ray_kind) {
   static_assert(kSame == (kVisibleCamera | kVisibleDiffuse | kVisibleGlossy | kVisibleTransmission) &&
                 uint32_t(kRayCamera) == kVisibleCamera && uint32_t(kRayDiffuse) == kVisibleDiffuse &&
                 uint32_t(kRayGlossy) == kVisibleGlossy);
-  // As in Cycles, the ray of a translucent lobe sees what transmitted rays see.
-  const uint32_t same = ray_kind & (ray_kind & kRayTransmission ? kSame & ~kRayDiffuse : kSame);
+  // As in Cycles, transmitted rays are neither diffuse nor glossy here.
+  const uint32_t same = ray_kind & (ray_kind & kRayTransmission ? kSame & ~uint32_t(kRayDiffuse | kRayGlossy) : kSame);
   return same | (ray_kind & kRayVolumeScatter ? kVisibleVolumeScatter : 0u) |
          (ray_kind & kRayShadow ? kVisibleShadow : 0u);
 }

@@ -252,8 +252,8 @@ Color Environment::radiance(Vec3 wi, uint32_t ray_kind) const {
   if (visibility_ != kVisibleAll) {
     const auto hidden_from = [&](uint32_t kinds, uint32_t bit) { return (ray_kind & kinds) && !(visibility_ & bit); };
     if (hidden_from(kRayCamera, kVisibleCamera) || hidden_from(kRayDiffuse, kVisibleDiffuse) ||
-        hidden_from(kRayGlossy, kVisibleGlossy) || hidden_from(kRayTransmission, kVisibleTransmission) ||
-        hidden_from(kRayVolumeScatter, kVisibleVolumeScatter))
+        ((ray_kind & kRayReflection) && hidden_from(kRayGlossy, kVisibleGlossy)) ||
+        hidden_from(kRayTransmission, kVisibleTransmission) || hidden_from(kRayVolumeScatter, kVisibleVolumeScatter))
       return Color(0.0f);
   }
   return constant_ ? constant_radiance_ : evaluate(*program_, wi, ray_kind);

@@ -404,6 +404,14 @@ Color Bsdf::transparency() const {
   return sum;
 }
 
+bool Bsdf::passes_thin_wall() const {
+  float of_walls = 0.0f, of_others = 0.0f;
+  for (int i = 0; i < count_; ++i)
+    if (lobes()[i].kind == LobeKind::Transparent)
+      (lobes()[i].thin_wall ? of_walls : of_others) += luminance(lobes()[i].weight);
+  return of_walls > 0.0f && of_walls >= of_others;
+}
+
 std::array<Color, 3> Bsdf::f_cos_of_kinds(Vec3 wo, Vec3 wi) const {
   std::array<Color, 3> kinds{Color(0.0f), Color(0.0f), Color(0.0f)};
   const bool flipped = glm::dot(ng, wo) < 0.0f;

@@ -134,6 +134,7 @@ struct Lobe {
   bool delta = false;               ///< value of is_delta(), set by Bsdf::add
   bool subsurface = false;          ///< represents light that enters here and leaves elsewhere (SubsurfaceMedium)
   bool portal = false;              ///< Transparent: the ray goes on from the place f0 in the direction f90
+  bool thin_wall = false;           ///< Transparent: light that a smooth thin sheet transmits
   uint8_t layers = 0;               ///< bit mask of the Bsdf's layers that are above the lobe
   Color weight{0.0f};               ///< product of all mix factors and the closure's colour
   Color f0{1.0f}, f90{1.0f};        ///< reflectance of facets; f0 of rough Diffuse: colour of multiple scattering
@@ -333,6 +334,8 @@ class Bsdf {
       if (lobe(i).kind != LobeKind::Transparent) return false;
     return lobe_count() > 0;
   }
+  /// Whether at least half of the light that passes straight on is transmitted by smooth thin sheets.
+  bool passes_thin_wall() const;
   struct Portal {
     Vec3 position, direction;
   };

@@ -231,6 +231,7 @@ void add_thin_glass_v2(Bsdf& bsdf, const Surface& surface, const Below& below, f
   if (lobe.is_delta()) {
     bsdf.bind_to_view();
     Lobe straight = make_lobe(LobeKind::Transparent, lobe_scattered(lobe, glm::dot(in.normal, surface.wo)), in.normal);
+    straight.thin_wall = true;
     add_below(bsdf, below, straight);
     return;
   }

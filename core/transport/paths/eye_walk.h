@@ -89,6 +89,10 @@ class EyeWalk {
   bool pass_through() {
     if (++point.transparent_depth > scene_.settings().bounces.transparent) return false;
     ray = scene_.straight_on(point, ray, hit.t);
+    if (shading.bsdf.passes_thin_wall()) [[unlikely]] {
+      point.ray_kind = kBehindThinWall;
+      ray.travelled = 0.0f;
+    }
     return true;
   }
   /// Continues through a surface with a ray portal by a sample of a Transparent lobe: at another place, or straight on.

@@ -10,16 +10,18 @@
 
 namespace ajar {
 
-/// The type of the ray that leaves a surface after the sampled lobe, with Blender's distinctions.
+/// The type of the ray that leaves a surface after the sampled lobe, with Blender's distinctions. A ray through glass is a
+/// glossy one as well; for visibility it is not (visibility_mask).
 constexpr uint32_t ray_kind_after(uint32_t lobe_flags) {
   uint32_t kind = (lobe_flags & kTransmission) ? uint32_t(kRayTransmission) : uint32_t(kRayReflection);
   if (lobe_flags & kDiffuse) kind |= kRayDiffuse;
   if (lobe_flags & (kGlossy | kSpecular)) kind |= kRayGlossy;
   if (lobe_flags & kSpecular) kind |= kRaySingular;
-  // A transmitted ray is not also a glossy one.
-  if ((lobe_flags & kTransmission) && !(lobe_flags & kDiffuse)) kind &= ~uint32_t(kRayGlossy);
   return kind;
 }
+/// That of a ray behind a smooth thin wall, which transmits it, although light sampling and shadow rays see it pass
+/// straight on.
+constexpr uint32_t kBehindThinWall = ray_kind_after(kTransmission | kSpecular);
 inline uint32_t ray_kind_after(const BsdfSample& sample) {
   constexpr uint32_t kAllFlags = 2 * kTransparent - 1;
   static constexpr auto kKinds = [] {

@@ -62,9 +62,12 @@ bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& 
   const auto& [scene, media] = where;
   through = {through.collisions, through.by_kind};
   vertex.point.marks_subsurface = true;
+  // Behind thin walls, materials see another kind of ray. What the ray sees does not change, because walks from the other
+  // end do not know it.
+  const uint32_t seen_by = vertex.point.ray_kind;
   const bool as_shadow_too = scene.shadow_rays_differ() && through.by_kind >= RayKindSurfaces::FromLight;
   for (;;) {
-    const Hit hit = scene.intersect(ray, vertex.point.ray_kind | (as_shadow_too ? uint32_t(kRayShadow) : 0u));
+    const Hit hit = scene.intersect(ray, seen_by | (as_shadow_too ? uint32_t(kRayShadow) : 0u));
     ++rays;
     if (media && !hit.found()) [[unlikely]]
       media->leave_all(vertex.media.stack);
@@ -81,7 +84,7 @@ bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& 
       continue;
     }
     vertex.program->evaluate_surface(vertex.point, vertex.shading);
-    if (vertex.point.object->holdout && (vertex.point.ray_kind & kRayCamera)) {
+    if (vertex.point.object->holdout && (seen_by & kRayCamera)) {
       // A hole in the film.
       vertex.shading.bsdf = Bsdf();
       vertex.shading.emission = Color(0.0f);
@@ -124,6 +127,10 @@ bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& 
     if (media) [[unlikely]]
       media->cross(hit, !vertex.point.backfacing, vertex.media.stack);
     ray = scene.straight_on(vertex.point, ray, hit.t);
+    if (vertex.shading.bsdf.passes_thin_wall()) [[unlikely]] {
+      vertex.point.ray_kind = kBehindThinWall;
+      ray.travelled = 0.0f;
+    }
   }
 }
 
