@@ -123,6 +123,13 @@ PlanStep Mixture::share_by(const std::vector<double>& errors) {
   return {"shares of the work", true, reason, "estimates of the error of each image"};
 }
 
+uint64_t Mixture::samples_for(double work) const {
+  double samples = 0.0;
+  for (size_t k = 0; k < parts_.size(); ++k)
+    samples += choice_.techniques[k].share * work * double(parts_[k].done) / std::max(1.0, this->work(k));
+  return uint64_t(samples);
+}
+
 void Mixture::remove(size_t technique) {
   const auto at = std::ptrdiff_t(technique);
   const IntegratorStatistics statistics = parts_[technique].integrator.statistics();

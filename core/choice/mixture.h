@@ -59,6 +59,9 @@ class Mixture {
   /// Ends the trial. `errors`: estimates of the relMSE of each technique's denoised image; empty: unknown, then the two
   /// best of the pilot remain with equal shares. Returns a step of the plan.
   PlanStep share_by(const std::vector<double>& errors);
+  /// Samples per pixel of all techniques together that this work pays for, with the present shares. All techniques must
+  /// have samples.
+  uint64_t samples_for(double work) const;
 
   /// The pass of all techniques from that of the first: their mean, or the halves of each. Techniques without samples
   /// do not count, and a pass that is not of light is that of the first.

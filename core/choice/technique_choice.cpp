@@ -7,7 +7,7 @@
 #include <span>
 
 #include "choice/mixture.h"
-#include "denoise/open_image_denoise.h"
+#include "denoise/quality.h"
 #include "integrators/integrator.h"
 #include "math/random.h"
 #include "transport/photons/photon_tracer.h"
@@ -78,8 +78,6 @@ constexpr double kLeastGain = 1.15;
 constexpr double kMaxRatio = 2.5;
 /// Rays per pixel of the render below which a trial of several techniques would be too short to judge them.
 constexpr double kLeastRays = 1000.0;
-/// Share of the work of the render after which the techniques share the rest by their errors.
-constexpr double kTrialShare = 0.25;
 
 std::string text(double value) {
   char buffer[32];
@@ -349,6 +347,13 @@ size_t best_expected(const std::vector<double>& gains) {
   return *best >= kLeastGain ? size_t(best - gains.begin()) : 0;
 }
 
+/// Samples of the technique of this trial that take the work of one sample of path tracing.
+double samples_of_work(const std::vector<TechniqueTrial>& trials, std::span<const Candidate* const> candidates,
+                       size_t k) {
+  const auto work = [&](size_t one) { return trials[one].rays * candidates[one]->ray_cost / candidates[one]->samples; };
+  return work(k) > 0.0 ? std::min(1.0, work(0) / work(k)) : 1.0;
+}
+
 /// The techniques that render the image, the best one first; none if the others are predicted to be much worse, if the
 /// render is short, or if denoising a second image would take too much of it. `rays`: of path tracing with the samples of the render.
 Learned::Mixed mixed_techniques(const std::vector<TechniqueTrial>& trials, std::span<const Candidate* const> candidates,
@@ -395,6 +400,11 @@ PlanSteps TechniqueChoice::plan() const {
                     "an image for each, and two that are denoised"});
   }
   return plan;
+}
+
+int samples_for_work(int asked, double samples_of_work) {
+  constexpr int kLeast = 16;
+  return std::max(std::min(asked, kLeast), int(std::lround(asked * samples_of_work)));
 }
 
 Learned::Choice place_of(const Camera& camera) {
@@ -459,6 +469,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   choice.settings.integrator = candidates[best]->integrator;
   if (may_mix && asked.denoised && !all.finds_light && can_mix(asked.passes))
     choice.mixed = mixed_techniques(choice.trials, candidates, gains, best, asked, all.rays_asked);
+  choice.samples_of_work = samples_of_work(choice.trials, candidates, best);
   // Guiding makes the independent noise of path tracing smaller, and is measured before it is used.
   const bool uses_paths = best == 0 || std::any_of(choice.mixed.techniques.begin(), choice.mixed.techniques.end(),
                                                    [](const auto& t) { return t.integrator == kPath.integrator; });

@@ -17,6 +17,10 @@
 // that of means over small windows. Independent noise nearly vanishes there, that of chains does not. The prediction
 // then spreads by a factor of three, and all techniques that may be the best begin to render the image
 // (choice/mixture.h).
+//
+// A sample of some techniques takes several times the work of a sample of path tracing. The number of samples that is
+// asked for is that of path tracing; other techniques take as many as the same work pays for, so that a render takes about
+// the same time whatever is chosen.
 #pragma once
 
 #include <atomic>
@@ -43,9 +47,18 @@ struct TechniqueChoice {
   Learned::Mixed mixed;     ///< no techniques: there is only the chosen one
   std::string name, reason;
   std::vector<TechniqueTrial> trials;
+  /// Samples that take the work of one sample of path tracing, at most 1.
+  double samples_of_work = 1.0;
   double seconds = 0.0;
   PlanSteps plan() const;
 };
+
+/// Share of the work of the render that is the trial of several techniques.
+constexpr double kTrialShare = 0.25;
+
+/// The samples of a technique that take the work of `asked` samples of path tracing: at least 16, so that its noise can be
+/// estimated, and at most `asked`. 0 is no limit.
+int samples_for_work(int asked, double samples_of_work);
 
 /// The place for which a choice is made.
 Learned::Choice place_of(const Camera& camera);

@@ -61,6 +61,7 @@ struct Learned {
 
   std::optional<Choice> choice;    ///< of the integrator
   Mixed mixed;                     ///< chosen with it
+  double samples_of_work = 1.0;    ///< samples that take the work of one of path tracing (choice/technique_choice.h)
   Guiding guiding = Guiding::Off;  ///< the same
 
   // Set by integrators. Null: nothing learned.

@@ -111,6 +111,7 @@ std::shared_ptr<const Learned> Session::learned() const {
   learned->radius = state->scene->radius();
   learned->choice = state->choice;
   learned->mixed = state->mixed;
+  learned->samples_of_work = state->samples_of_work;
   learned->guiding = state->settings.guiding;
   state->integrator->hand_on(*learned);
   return learned;

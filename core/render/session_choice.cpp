@@ -22,6 +22,11 @@ bool takes_choice_of(const Scene& scene, const Learned& before, const Learned::C
          before.choice->is_near(here, before.radius);
 }
 
+PlanStep fewer_samples(int samples, int asked) {
+  return {"samples", true,
+          std::to_string(samples) + ": the work of " + std::to_string(asked) + " samples of path tracing", ""};
+}
+
 }  // namespace
 
 /// What only path tracing renders is rendered by it, whatever technique is asked for.
@@ -57,7 +62,7 @@ std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camer
   std::shared_ptr<const Learned> learned;
   std::shared_ptr<const AttachedHints> hints;
   double seconds;
-  bool may_mix;
+  bool may_mix, is_range;
   {
     const auto state = state_.lock();
     state->progress.step = "Choosing a technique";
@@ -67,6 +72,7 @@ std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camer
     seconds = state->settings.seconds;
     // A checkpoint and a range of samples are those of one technique.
     may_mix = !state->base && !state->first_sample && !state->checkpoint_wanted;
+    is_range = state->first_sample.has_value();
   }
   Learned::Choice here = place_of(scene->camera());
   TechniqueChoice made;
@@ -76,6 +82,7 @@ std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camer
     made.settings.integrator = learned->integrator;
     made.settings.guiding = learned->guiding;
     if (may_mix) made.mixed = learned->mixed;
+    made.samples_of_work = learned->samples_of_work;
     here = *learned->choice;
     ++here.age;
     const std::string age = here.age == 1 ? "one frame" : std::to_string(here.age) + " frames";
@@ -88,6 +95,12 @@ std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camer
     steps = made.plan();
   }
   auto chosen = make_integrator(made.settings.integrator);
+  // A range of samples has its number. After the trial of a mixture, its number follows from what the trial has measured.
+  const int asked = made.settings.samples;
+  if (!is_range && !(made.mixed.trial_work > 0.0)) {
+    made.settings.samples = samples_for_work(asked, made.samples_of_work);
+    if (made.settings.samples < asked) steps.push_back(fewer_samples(made.settings.samples, asked));
+  }
   const auto state = state_.lock();
   scene->change_view(camera, std::move(made.settings));
   state->technique_steps = std::move(steps);
@@ -95,6 +108,7 @@ std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camer
   state->pilot_seconds = made.seconds;
   state->choice = here;
   state->mixed = std::move(made.mixed);
+  state->samples_of_work = made.samples_of_work;
   return chosen;
 }
 
@@ -121,8 +135,10 @@ std::unique_ptr<Mixture> SessionWorker::make_mixture(const std::shared_ptr<const
   return std::make_unique<Mixture>(std::move(mixed), first, std::move(others), scene->settings());
 }
 
-/// After the trial of a mixture: the techniques share the rest of the work by the errors of their denoised images.
-void SessionWorker::share_work(Mixture& mixture) {
+/// After the trial of a mixture, whose techniques have `done` samples: they share the rest of the work by the errors of
+/// their denoised images. `samples`: that end the render; it is lowered to those that the rest of the work pays for.
+void SessionWorker::share_work(Mixture& mixture, uint64_t done, int& samples) {
+  const double rest = mixture.choice().trial_work / kTrialShare * (1.0 - kTrialShare);
   const DenoiserInput input = state_.lock()->denoiser_input();
   const int threads = state_.lock()->threads;
   const std::vector<double> errors = relmse_of_techniques(input, threads, stop_);
@@ -130,6 +146,13 @@ void SessionWorker::share_work(Mixture& mixture) {
   const auto state = state_.lock();
   state->plan.push_back(mixture.share_by(errors));
   state->mixed = mixture.choice();
+  const uint64_t all = done + mixture.samples_for(rest);
+  if (uint64_t(samples) <= all) return;
+  state->plan.push_back(fewer_samples(int(all), samples));
+  state->samples_of_work = double(all) / samples;
+  samples = int(all);
+  state->settings.samples = samples;
+  state->policy.limit_samples(samples);
 }
 
 }  // namespace ajar

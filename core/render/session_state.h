@@ -57,6 +57,7 @@ struct SessionState {
   std::unique_ptr<Film> film;                  ///< belongs to the worker until it is idle
   std::unique_ptr<ImagePlan> image_plan;       ///< null: all pixels get the same number of samples
   Learned::Mixed mixed;                        ///< techniques of the render
+  double samples_of_work = 1.0;                ///< chosen with them, as in Learned
   std::unique_ptr<Mixture> mixture;            ///< null: there is one technique. Belongs to the worker as the film does
   bool film_idle = false;                      ///< no thread writes to the film: it may be resolved directly
   uint32_t seed = 0;                           ///< in use: a resumed render has its own

@@ -397,7 +397,8 @@ void SessionWorker::render_all() {
     const int samples = run_iteration(render, elapsed(), done, may_be_cut ? &deadline->passed() : nullptr);
     const bool cut = may_be_cut && deadline->passed().load() && !stop_.load();
     if (!cut) done += uint64_t(samples);
-    if (render.mixture && !cut && render.mixture->trial_ends()) share_work(*render.mixture);
+    if (render.mixture && !cut && render.mixture->trial_ends())
+      share_work(*render.mixture, done, render.settings.samples);
     rendering += seconds_since(start);
     const double so_far = elapsed();
     publish(so_far, done, cut);

@@ -42,7 +42,7 @@ class SessionWorker {
   void ignore_clamping_of_auto(Job& job);
   std::unique_ptr<Integrator> choose(const CameraDescription& camera);
   std::unique_ptr<Mixture> make_mixture(const std::shared_ptr<const Scene>& scene, Mixture::Part first, uint32_t seed);
-  void share_work(Mixture& mixture);
+  void share_work(Mixture& mixture, uint64_t done, int& samples);
   uint32_t own_seed(const RenderSettings& settings);
   std::unique_ptr<ImagePlan> make_image_plan(const RenderSettings& settings, const GoalSupport& support, uint32_t seed);
   void prepare(std::unique_ptr<Integrator> chosen, Clock::time_point start);

@@ -4,6 +4,8 @@
 // error is estimated after fixed numbers of samples, so that the image does not depend on the clock.
 #pragma once
 
+#include <algorithm>
+
 #include "description/settings.h"
 #include "film/image_plan.h"
 #include "integrators/integrator.h"
@@ -33,6 +35,9 @@ class StoppingPolicy {
   float fraction(double seconds, uint64_t done) const;
   /// Seconds until the first of the ends; negative: unknown.
   double remaining_seconds(double seconds, double relmse) const;
+
+  /// Lowers the number of samples that ends the render, if there is one.
+  void limit_samples(int samples) { settings_.samples = std::min(settings_.samples, samples); }
 
   RemainingTime remaining_time;
 

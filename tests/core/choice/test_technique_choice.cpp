@@ -106,6 +106,18 @@ TEST(TechniqueChoice, path_tracing_is_not_chosen_for_occluded_light) {
   EXPECT_EQ(used, 2) << "the technique and its trial";
 }
 
+TEST(TechniqueChoice, samples_are_those_that_the_work_of_path_tracing_pays_for) {
+  EXPECT_EQ(choose(open_scene()).samples_of_work, 1.0);
+  const double of_others = choose(hidden_lamp()).samples_of_work;
+  EXPECT_GT(of_others, 0.05);
+  EXPECT_LT(of_others, 1.0);
+  EXPECT_EQ(samples_for_work(256, 0.25), 64);
+  EXPECT_EQ(samples_for_work(256, 1.0), 256);
+  EXPECT_EQ(samples_for_work(256, 0.01), 16) << "its noise can be estimated";
+  EXPECT_EQ(samples_for_work(8, 0.1), 8) << "never more than asked";
+  EXPECT_EQ(samples_for_work(0, 0.5), 0) << "no limit";
+}
+
 TEST(TechniqueChoice, a_denoised_image_of_occluded_light_tries_all_techniques) {
   for (uint32_t seed = 0; seed < 9; ++seed) {
     SceneDescription d = hidden_lamp();
