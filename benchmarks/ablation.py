@@ -65,7 +65,7 @@ def measure_scene(scene: Scene, options: argparse.Namespace) -> dict:
     scene_file = renderers.export_by_wheel(scene.path, folder, options.wheel, options.extension, scene.percentage)
     reference = denoised.reference_of(scene, scene_file, options)
     load = denoised.Load(options.threads)
-    denoising = denoised.denoising_seconds(scene_file, load)
+    denoising = denoised.denoising_seconds(scene_file, load, options.seconds)
     import ajar
 
     has_hints = any(hint.enabled for hint in ajar.load_description(str(scene_file)).hints)

@@ -152,10 +152,12 @@ def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, load:
     return Picture(found["Combined"][..., :3].astype(np.float64), image, used + extra, stats["samples_per_pixel"]["mean"], technique)
 
 
-def denoising_seconds(scene_file: Path, load: Load) -> float:
-    """CPU seconds that the best denoising of a scene takes."""
+def denoising_seconds(scene_file: Path, load: Load, cpu: float) -> float:
+    """CPU seconds that denoising takes after a render of `cpu` CPU seconds."""
+    import ajar
+
     warm, _, _ = render(scene_file, "path", 1.0, 1, load)
-    return min(denoise(warm, math.inf, load.threads)[1] for _ in range(2))
+    return min(denoise(warm, cpu / ajar.denoiser.SECONDS_PER_RAY, load.threads)[1] for _ in range(2))
 
 
 def load_denoiser() -> bool:
@@ -254,13 +256,13 @@ def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, opt
         scene_file, _ = ajar_build.dump(scene.path, folder, scene.percentage)
     reference = reference_of(scene, scene_file, options)
     load = Load(options.threads)
-    denoising = denoising_seconds(scene_file, load)
     rivals = {name: CyclesRenders(scene, folder / name.replace(", ", "_"), options.wheel, options.threads, flags) for name, flags in CYCLES.items()}
     own = rivals["Cycles"].reference(2.0 * options.reference_seconds) if scene.name not in REFERENCES else reference
     runs = []
     for factor in options.factors:
         cpu = options.seconds * factor
         denoised: dict[str, list[np.ndarray]] = {}
+        denoising = denoising_seconds(scene_file, load, cpu)
         for seed in range(1, options.repeats + 1):
             pictures = {name: rival.picture(cpu, seed) for name, rival in rivals.items()}
             for name in options.techniques:
