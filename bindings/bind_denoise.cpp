@@ -93,7 +93,7 @@ void bind_denoise(py::module_& module) {
   py::enum_<DenoiseQuality>(module, "DenoiseQuality", "How much time a denoiser takes for a smaller error.")
       .value("High", DenoiseQuality::High,
              "A large network, for each half of the samples; direct light and the rest are denoised apart.")
-      .value("Balanced", DenoiseQuality::Balanced, "As High, but once for both halves. A third of the time.")
+      .value("Balanced", DenoiseQuality::Balanced, "As High, but once for both halves. Half of the time.")
       .value("Fast", DenoiseQuality::Fast, "A large network, once for the whole image.")
       .value("Fastest", DenoiseQuality::Fastest, "A smaller network, once for the whole image.");
   module.def(

@@ -40,11 +40,12 @@ def _stored(owner: bpy.types.bpy_struct, group: str) -> dict:
 
 
 def has_cycles_settings(owner: bpy.types.bpy_struct) -> bool:
-    """Whether a property of Cycles was set on this scene (light, world, ...)."""
+    """Whether a property of Cycles was set on this scene (light, world, ...). A pointer to nothing was only read."""
     cycles = getattr(owner, "cycles", None)
     if cycles is None:
-        return bool(_stored(owner, "cycles"))
-    return any(cycles.is_property_set(name) for name in cycles.bl_rna.properties.keys() if name not in ("rna_type", "name"))
+        return any(value is not None for value in _stored(owner, "cycles").values())
+    return any(cycles.is_property_set(item.identifier) and (item.type != "POINTER" or getattr(cycles, item.identifier) is not None)
+               for item in cycles.bl_rna.properties if item.identifier not in ("rna_type", "name"))
 
 
 def cycles_value(owner: bpy.types.bpy_struct, name: str, default: Any, group: str = "cycles") -> Any:

@@ -146,10 +146,11 @@ void SessionWorker::share_work(Mixture& mixture, uint64_t done, int& samples) {
   const auto state = state_.lock();
   state->plan.push_back(mixture.share_by(errors));
   state->mixed = mixture.choice();
-  const uint64_t all = done + mixture.samples_for(rest);
-  if (uint64_t(samples) <= all) return;
+  if (samples <= 0) return;
+  const double all = double(done + mixture.samples_for(rest));
+  state->samples_of_work = std::min(1.0, all / samples);
+  if (all >= samples) return;
   state->plan.push_back(fewer_samples(int(all), samples));
-  state->samples_of_work = double(all) / samples;
   samples = int(all);
   state->settings.samples = samples;
   state->policy.limit_samples(samples);

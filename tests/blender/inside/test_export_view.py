@@ -177,6 +177,16 @@ def test_settings_of_cycles_are_used_all_or_none(export, scene):
     assert (scene.ajar.samples, scene.ajar.use_denoise, scene.ajar.use_viewport_denoise) == (64, False, False)
 
 
+def test_reading_the_settings_of_cycles_sets_none(export, scene):
+    """A pointer that is read, such as the dicing camera, counts as set in Blender. The next frame would then inherit the defaults of Cycles."""
+    assert scene.cycles.dicing_camera is None
+    export()
+    assert not scene.ajar.use_cycles_settings
+    assert (scene.ajar.samples, scene.ajar.use_denoise) == (64, False)
+    scene.cycles.dicing_camera = scene.camera
+    assert scene.ajar.use_cycles_settings
+
+
 def test_number_of_samples_of_the_command_line_is_used(export, scene):
     scene.cycles.use_adaptive_sampling, scene.cycles.adaptive_threshold = True, 0.1
     assert export().settings.target_error == pytest.approx(0.01)
